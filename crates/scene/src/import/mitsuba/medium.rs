@@ -212,7 +212,7 @@ impl Importer<'_> {
         };
         let wrap = properties.string("wrap_mode")?.unwrap_or("clamp");
         if wrap != "clamp" {
-            return Err(node.unsupported(format!("the `wrap_mode` `{wrap}` is not supported, only `clamp`")));
+            self.warn(node, format!("the `wrap_mode` `{wrap}` is not supported: `clamp` is taken"));
         }
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
         let by_file = properties.boolean("use_grid_bbox")?.unwrap_or(false);

@@ -161,10 +161,6 @@ const ZOO: &[(&str, &str)] = &[
         "cannot read dir/no.vol",
     ),
     (
-        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\"><string name=\"filename\" value=\"no.vol\"/><string name=\"wrap_mode\" value=\"repeat\"/></volume></medium>",
-        "the `wrap_mode` `repeat` is not supported",
-    ),
-    (
         "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"fractal\"/></medium>",
         "the volume `fractal` is not supported",
     ),
