@@ -198,7 +198,7 @@ impl Importer<'_> {
     }
 
     /// The grid of a volume in a file, or where colours may be those of their channels.
-    fn grid(&self, properties: &Properties, may_be_colors: bool) -> Result<Volume, ImportError> {
+    fn grid(&mut self, properties: &Properties, may_be_colors: bool) -> Result<Volume, ImportError> {
         let node = properties.node;
         // Colours are not converted where there is one channel.
         properties.ignore(&["raw", "accel"]);
@@ -212,7 +212,10 @@ impl Importer<'_> {
         };
         let wrap = properties.string("wrap_mode")?.unwrap_or("clamp");
         if wrap != "clamp" {
-            self.warn(node, format!("the `wrap_mode` `{wrap}` is not supported: `clamp` is taken"));
+            self.warn(
+                node,
+                format!("the `wrap_mode` `{wrap}` is not supported: `clamp` is taken"),
+            );
         }
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
         let by_file = properties.boolean("use_grid_bbox")?.unwrap_or(false);
