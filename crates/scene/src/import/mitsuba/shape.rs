@@ -196,14 +196,14 @@ impl<'a> Importer<'a> {
             }
             // In the group's space.
             self.shape(node, &DAffine3::IDENTITY)?;
-            if let Some(mut shape) = self.description.shapes.pop() {
-                if let Geometry::Mesh(mesh) = shape.geometry {
-                    let to_world = vec![map];
-                    shape.geometry = Geometry::Instances(MeshInstances { mesh, to_world });
-                    self.description.shapes.push(shape);
-                    self.instances.insert(key, shapes as u32);
-                    return Ok(());
-                }
+            if let Some(mut shape) = self.description.shapes.pop()
+                && let Geometry::Mesh(mesh) = shape.geometry
+            {
+                let to_world = vec![map];
+                shape.geometry = Geometry::Instances(MeshInstances { mesh, to_world });
+                self.description.shapes.push(shape);
+                self.instances.insert(key, shapes as u32);
+                return Ok(());
             }
             // A sphere, which only some maps make a mesh of.
         }
