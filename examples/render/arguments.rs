@@ -17,7 +17,8 @@ use std::process::ExitCode;
 #[derive(Clone, Debug, Parser)]
 #[command(name = "render")]
 pub struct Arguments {
-    /// A built-in scene or a file: Mitsuba 3 (.xml), glTF 2.0 (.gltf, .glb), pbrt-v4 (.pbrt), or a mesh alone (.ply, .obj).
+    /// A built-in scene or a file: Mitsuba 3 (.xml), glTF 2.0 (.gltf, .glb), pbrt-v4 (.pbrt), or a
+    /// mesh alone (.ply, .obj).
     #[arg(default_value = "cornell")]
     pub scene: String,
 

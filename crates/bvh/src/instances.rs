@@ -25,9 +25,9 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// The box of the instance in the world, widened for rounding. `parts` are boxes in the object's
-    /// space that together contain the object ([`Bvh::upper_boxes`]). The box is not finite if there
-    /// are none.
+    /// The box of the instance in the world, widened for rounding. `parts` are boxes in the
+    /// object's space that together contain the object ([`Bvh::upper_boxes`]). The box is not
+    /// finite if there are none.
     pub fn bounds(&self, parts: &[Bounds]) -> Bounds {
         let Affine3A { matrix3, translation } = self.to_world;
         let mut all = Bounds::EMPTY;

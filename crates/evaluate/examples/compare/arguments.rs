@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Parser, Debug)]
 #[command(about = "Rendering methods at equal time: errors, speed-ups and a page to look at")]
 pub struct Arguments {
-    /// A built-in scene or a file (Mitsuba 3 .xml, glTF, pbrt-v4), instead of the built-in comparison.
+    /// A built-in scene or a file (Mitsuba 3, glTF, pbrt-v4), instead of the built-in comparison.
     #[arg(long)]
     pub scene: Option<String>,
     /// Methods, the baseline first, such as

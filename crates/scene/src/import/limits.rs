@@ -18,9 +18,9 @@ pub struct LoadLimits {
     pub bytes: u64,
     /// Vertices and triangles together, counted for every copy of a mesh.
     pub vertices: u64,
-    /// Vertices and triangles of meshes that are placed again and copied. What is placed beyond them
-    /// becomes instances ([`MeshInstances`](crate::MeshInstances)), which take little memory and
-    /// whose rays cost more. This is no limit: nothing is refused.
+    /// Vertices and triangles of meshes that are placed again and copied. What is placed beyond
+    /// them becomes instances ([`MeshInstances`](crate::MeshInstances)), which take little memory
+    /// and whose rays cost more. This is no limit: nothing is refused.
     pub copies: u64,
     /// XML elements, objects of a glTF document, BSDFs after references are followed.
     pub nodes: u64,

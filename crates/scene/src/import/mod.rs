@@ -1,9 +1,9 @@
 //! Importers: scene, mesh and image files to [`SceneDescription`](crate::SceneDescription)s.
 //!
 //! PLY, OBJ and Mitsuba's volume grids are always read. The rest are features, off by default,
-//! since their decoders take longer to compile than all other code here: `mitsuba` (Mitsuba 3 XML),
-//! `pbrt` (pbrt-v4, NanoVDB), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR, OpenEXR; both need
-//! it), and `importers` for all.
+//! since their decoders take longer to compile than all other code here: `mitsuba` (Mitsuba 3
+//! XML), `pbrt` (pbrt-v4, NanoVDB), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR,
+//! OpenEXR; both need it), and `importers` for all.
 
 mod error;
 mod fit;

@@ -63,8 +63,8 @@ const LOWER: Level = Level {
 /// # Errors
 ///
 /// Another format or version, no such grid, a grid of another type than 32-bit floats, a level set,
-/// data compressed by blosc, offsets that lead nowhere, negative or infinite values, more bytes than
-/// `limits` allow: the box of active voxels is one grid here, however few they are.
+/// data compressed by blosc, offsets that lead nowhere, negative or infinite values, more bytes
+/// than `limits` allow: the box of active voxels is one grid here, however few they are.
 pub fn parse_nanovdb(
     bytes: &[u8],
     name: Option<&str>,

@@ -2,7 +2,7 @@
 
 use super::copies::Copies;
 use super::lanes::DiffuseRow;
-use super::primitive::{NONE, SphereRecord, TriangleRecord};
+use super::primitive::{NONE, SphereRecord, TriangleRecord, unit_normal};
 use super::touching::{OpaqueSurfaces, touching};
 use super::{EmittingSurfaces, Scene};
 use crate::RenderSettings;
@@ -466,12 +466,4 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
         }
     }
     Ok(())
-}
-
-/// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs;
-/// `None` if the triangle has no area.
-pub(super) fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let normal = (b - a).cross(c - a).try_normalize()?;
-    Some(normal.as_vec3())
 }

@@ -1,7 +1,6 @@
 //! Instances as shading sees them: triangles of objects, and where the objects are.
 
-use super::build::unit_normal;
-use super::primitive::TriangleRecord;
+use super::primitive::{TriangleRecord, unit_normal};
 use crate::{Hit, SurfacePoint};
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
 use lightshed_bvh::Instance;

@@ -114,6 +114,14 @@ impl TriangleRecord {
     }
 }
 
+/// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs;
+/// `None` if the triangle has no area.
+pub fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    Some(normal.as_vec3())
+}
+
 /// A sphere.
 #[derive(Clone, Debug)]
 pub struct SphereRecord {

@@ -18,9 +18,9 @@
 //! are left out.
 //!
 //! `default`, `$name`, `include`, `alias`, `path`, ids and references work as in Mitsuba; spectra
-//! (by wavelength, from `.spd` files, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB.
-//! Whatever is not known is an error that names the file, the line and the element: nothing is left
-//! out in silence.
+//! (by wavelength, from `.spd` files, `uniform`, `d65`, `regular`, `irregular`, `blackbody`,
+//! `srgb`) become RGB. Whatever is not known is an error that names the file, the line and the
+//! element: nothing is left out in silence.
 //!
 //! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in
 //! the order in which they stand; a mesh's geometric normal follows from its winding in world
