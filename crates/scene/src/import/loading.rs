@@ -16,6 +16,7 @@ pub(crate) struct Loading {
     limits: LoadLimits,
     bytes: Cell<u64>,
     vertices: Cell<u64>,
+    #[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
     copies: Cell<u64>,
     nodes: Cell<u64>,
     includes: Cell<u64>,
@@ -55,6 +56,7 @@ impl Loading {
             limits: limits.clone(),
             bytes: Cell::new(0),
             vertices: Cell::new(0),
+            #[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
             copies: Cell::new(0),
             nodes: Cell::new(0),
             includes: Cell::new(0),

@@ -1,6 +1,8 @@
 //! Meshes that a file places many times: the first times copied, then instances.
 
-use crate::{Geometry, Material, SceneDescription, ShapeDescription};
+use crate::{Geometry, SceneDescription};
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+use crate::{Material, ShapeDescription};
 use glam::{Affine3A, DAffine3};
 
 /// The map of an instance in single precision; `None` if it is singular there, so that the mesh is
@@ -11,6 +13,7 @@ pub(super) fn instance_map(to_world: &DAffine3) -> Option<Affine3A> {
 }
 
 /// Whether instances of a shape may stay what they are: it neither emits nor lets all light pass.
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 pub(super) fn may_stay(description: &SceneDescription, shape: &ShapeDescription) -> bool {
     let material = description.materials.get(shape.material as usize);
     shape.emission.is_none() && !matches!(material, Some(Material::Null))
