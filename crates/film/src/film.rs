@@ -69,25 +69,38 @@ impl Default for TotalsSum {
 
 impl TotalsSum {
     /// Adds the pixels of a film.
-    pub(crate) fn add(&mut self, film: &Film) {
-        let totals = &mut self.totals;
-        let [least, most] = &mut self.counts;
+    fn add(&mut self, film: &Film) {
         let width = film.width as usize;
-        self.pixels += film.pixels.len();
         for band in film.bands() {
             // In the order of memory, after which the band is in the cache for the order of rows,
             // in which the image's mean is summed.
             for pixel in band {
-                let samples = pixel.count() + pixel.non_finite();
-                (*least, *most) = (samples.min(*least), samples.max(*most));
-                totals.samples += pixel.count();
-                totals.non_finite += pixel.non_finite();
+                self.add_counts(pixel.count(), pixel.non_finite(), 1);
             }
-            for pixel in (0..band.len() / width).flat_map(|y| row_of_band(band, width, y).flatten()) {
-                let mean = narrowed(pixel.mean());
-                (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
-            }
+            let pixels = (0..band.len() / width).flat_map(|y| row_of_band(band, width, y).flatten());
+            self.add_means(pixels.map(|pixel| narrowed(pixel.mean())));
         }
+    }
+
+    /// Adds `pixels` pixels, each of `count` finite samples and `non_finite` others.
+    #[inline]
+    pub(crate) fn add_counts(&mut self, count: u64, non_finite: u64, pixels: usize) {
+        let [least, most] = &mut self.counts;
+        let samples = count + non_finite;
+        (*least, *most) = (samples.min(*least), samples.max(*most));
+        self.totals.samples += count * pixels as u64;
+        self.totals.non_finite += non_finite * pixels as u64;
+        self.pixels += pixels;
+    }
+
+    /// Adds the means of pixels, row after row.
+    #[inline]
+    pub(crate) fn add_means(&mut self, means: impl Iterator<Item = [f32; 3]>) {
+        let mut sums = self.totals.mean;
+        for mean in means {
+            (0..3).for_each(|channel| sums[channel] += f64::from(mean[channel]));
+        }
+        self.totals.mean = sums;
     }
 
     /// The totals, and the least and the greatest number of samples of a pixel.

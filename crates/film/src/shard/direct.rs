@@ -95,8 +95,7 @@ fn render_shard_dyn(
     let mut totals = TotalsSum::default();
     let mut rows = RowWriter::new(&layout, file.file()).map_err(io_error)?;
     let times = strips.run(estimator, observer, cancel, |top, film| {
-        totals.add(film);
-        rows.add(top, film)
+        rows.add(top, film, |row| row.add_to(&mut totals, u64::from(samples)))
     });
     let Some(times) = times.map_err(io_error)? else {
         return Ok(RenderedShard {

@@ -23,7 +23,7 @@ impl Shard {
             .map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
         target.replace_exr(layout.file_bytes(), |writer| {
             let mut rows = RowWriter::new(&layout, writer)?;
-            rows.add(0, self.film())?;
+            rows.add(0, self.film(), |_| ())?;
             rows.finish()
         })
     }
@@ -45,13 +45,17 @@ impl<'a, W: Write + Seek> RowWriter<'a, W> {
         Ok(Self { layout, pages })
     }
 
-    /// Writes the rows of a film, which are those from row `top` on of the image.
-    pub(super) fn add(&mut self, top: u32, film: &Film) -> io::Result<()> {
+    /// Writes the rows of a film, which are those from row `top` on of the image. Shows each to
+    /// `see`, from the top.
+    pub(super) fn add(&mut self, top: u32, film: &Film, mut see: impl FnMut(Row<'_>)) -> io::Result<()> {
+        let (layout, row_bytes) = (self.layout, self.layout.row_bytes());
         for (top, pixels) in (top as usize..).step_by(TILE_SIZE as usize).zip(film.bands()) {
-            let bytes = pixels.len() / film.width() as usize * self.layout.row_bytes();
-            let layout = self.layout;
-            self.pages
-                .add(bytes, |bytes| layout.write_band(top, pixels, bytes))?;
+            let bytes = pixels.len() / film.width() as usize * row_bytes;
+            self.pages.add(bytes, |bytes| {
+                layout.write_band(top, pixels, bytes);
+                let rows = bytes.chunks_exact(row_bytes);
+                rows.for_each(|row| see(layout.row(row)));
+            })?;
         }
         Ok(())
     }

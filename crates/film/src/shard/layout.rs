@@ -12,7 +12,7 @@
 use super::checksum::{Checksum, DIGITS, digits};
 use super::header::{ImageKey, ShardHeader};
 use super::part::ShardPart;
-use crate::film::narrowed;
+use crate::film::{TotalsSum, narrowed};
 use crate::image::pixel_count;
 use crate::{PixelStatistics, TILE_SIZE};
 use std::ops::Range;
@@ -264,6 +264,21 @@ impl<'a> Row<'a> {
             others.fold(0, |all, other| all | other) == 0
         };
         all(COUNT, wanted) && all(NON_FINITE, [0; 4])
+    }
+
+    /// Adds the pixels to `totals`; `samples` is the number that each should have.
+    pub fn add_to(&self, totals: &mut TotalsSum, samples: u64) {
+        let word = |channel: usize, x: usize| u32::from_le_bytes(self.0[channel][x]);
+        let width = self.0[COUNT].len();
+        if self.has_all(samples) {
+            totals.add_counts(samples, 0, width);
+        } else {
+            for x in 0..width {
+                totals.add_counts(word(COUNT, x).into(), word(NON_FINITE, x).into(), 1);
+            }
+        }
+        // The first channels are blue, green, red.
+        totals.add_means((0..width).map(|x| [2, 1, 0].map(|channel| f32::from_bits(word(channel, x)))));
     }
 
     /// Higher and lower words of the means of a channel: red, green, blue.

@@ -1,6 +1,6 @@
 //! How many rays each pixel gets.
 
-use super::film_cells::FilmCells;
+use super::film_cells::{FilmCells, Marks};
 use super::region::Region;
 use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::Vec2;
@@ -72,14 +72,15 @@ impl Spread {
     }
 }
 
-/// Numbers of rays by pixel: those that reduce the variance of all pixels most, within the budget.
-pub fn allot(spreads: &[Spread], budget: RayBudget) -> Vec<u16> {
+/// Numbers of rays of those of `pixels` pixels that have a spread: those that reduce the variance of
+/// all most, within the budget.
+pub fn allot(spreads: &[Spread], pixels: usize, budget: RayBudget) -> Vec<u16> {
     let useful: Vec<Spread> = spreads
         .iter()
         .copied()
         .filter(|spread| spread.by_path > 0.0)
         .collect();
-    let most = budget.mean * spreads.len() as f32;
+    let most = budget.mean * pixels as f32;
     let is_within = |log: i32| {
         let gain = (log as f32).exp2();
         let rays = useful
@@ -108,28 +109,31 @@ pub fn allot(spreads: &[Spread], budget: RayBudget) -> Vec<u16> {
     rays.collect()
 }
 
-/// Estimates of all pixels' spreads, by probes or without.
+/// Estimates of the spreads of marked pixels, by probes or without.
 pub fn spreads(
     scene: &Scene,
     camera: &Camera,
-    (cells, regions): (&FilmCells, &[Option<Region>]),
+    (cells, marked): (&FilmCells, &[(u32, Marks, Region)]),
     by_probes: bool,
 ) -> Vec<Spread> {
-    let width = scene.settings().width as usize;
-    let mut spreads = vec![Spread::NONE; regions.len()];
-    parallel::for_each(spreads.chunks_mut(width), |y, row| {
-        for (x, spread) in row.iter_mut().enumerate() {
-            let pixel = y * width + x;
-            let Some(region) = &regions[pixel] else { continue };
-            *spread = match by_probes {
-                true => probed(scene, camera, [x as u32, y as u32], region, cells.most[pixel]),
-                false if cells.is_inside(pixel) => Spread::NONE,
-                false => Spread::of_share(cells.most[pixel], region.share(), 0.5),
-            };
+    let width = scene.settings().width;
+    let spread_of = |(pixel, marks, region): &(u32, Marks, Region)| match by_probes {
+        true => probed(scene, camera, [pixel % width, pixel / width], region, marks.most),
+        false if cells.is_inside(*pixel as usize) => Spread::NONE,
+        false => Spread::of_share(marks.most, region.share(), 0.5),
+    };
+    let mut spreads = vec![Spread::NONE; marked.len()];
+    let chunks = spreads.chunks_mut(AT_ONCE).zip(marked.chunks(AT_ONCE));
+    parallel::for_each(chunks, |_, (spreads, marked)| {
+        for (spread, marked) in spreads.iter_mut().zip(marked) {
+            *spread = spread_of(marked);
         }
     });
     spreads
 }
+
+/// Pixels that a thread looks at in turn.
+const AT_ONCE: usize = 512;
 
 /// The spread of a pixel with this region, by rays.
 fn probed(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], region: &Region, most: f32) -> Spread {
@@ -191,7 +195,7 @@ mod tests {
             mean: 64.0,
             most: 4096,
         };
-        let rays = allot(&spreads, budget);
+        let rays = allot(&spreads, 64, budget);
         let total: u32 = rays.iter().map(|&rays| u32::from(rays)).sum();
         assert!((0.25 * 4096.0..=4096.0).contains(&(total as f32)), "{total}");
         let sum: f32 = spreads.iter().map(|spread| spread.by_ray.sqrt()).sum();
@@ -205,7 +209,7 @@ mod tests {
             .sum();
         let best = sum * sum / total as f32;
         assert!(variance < 1.15 * best, "{variance} instead of {best}");
-        assert_eq!(allot(&[Spread::NONE; 3], budget), [0; 3]);
+        assert_eq!(allot(&[Spread::NONE; 3], 3, budget), [0; 3]);
     }
 
     /// A lamp in one cell is worth a ray there long before a lamp in all cells is worth two.
@@ -215,6 +219,6 @@ mod tests {
         let full = Spread::of_share(1.0, 1.0, 0.5 / 64.0);
         assert!((small.by_path - full.by_path).abs() < 1e-6);
         let budget = RayBudget { mean: 0.5, most: 64 };
-        assert_eq!(allot(&[small, full], budget), [1, 0]);
+        assert_eq!(allot(&[small, full], 2, budget), [1, 0]);
     }
 }

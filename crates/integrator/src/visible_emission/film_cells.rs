@@ -9,10 +9,21 @@ use lightshed_scene::{Camera, ImageBlocks, Scene};
 pub struct FilmCells {
     width: usize,
     height: usize,
-    pub masks: Vec<CellMask>,
+    /// Pixels in rows of [`RUN`], absent where none of them is marked: emitters cover little of most
+    /// images.
+    runs: Vec<Option<Box<[Marks; RUN]>>>,
+}
+
+/// Pixels that lie together in memory.
+const RUN: usize = 64;
+
+/// The marks of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Marks {
+    pub mask: CellMask,
     /// The greatest radiance of emitters there, as the length of its vector, but for emitters that
     /// may be anywhere.
-    pub most: Vec<f32>,
+    pub most: f32,
 }
 
 impl FilmCells {
@@ -35,27 +46,53 @@ impl FilmCells {
     /// Of the pixels of these blocks alone, side by side.
     fn in_blocks(&self, blocks: &ImageBlocks) -> Self {
         let [width, height] = blocks.size().map(|side| side as usize);
-        let pixels = (0..width * height).map(|pixel| {
+        let mut part = Self::unmarked(width, height);
+        for pixel in 0..width * height {
             let [x, y] = blocks.pixel([pixel % width, pixel / width].map(|place| place as u32));
-            y as usize * self.width + x as usize
-        });
-        let pixels: Vec<usize> = pixels.collect();
+            let marks = self.marks(y as usize * self.width + x as usize);
+            if marks != Marks::default() {
+                *part.marks_mut(pixel) = marks;
+            }
+        }
+        part
+    }
+
+    fn unmarked(width: usize, height: usize) -> Self {
         Self {
             width,
             height,
-            masks: pixels.iter().map(|&pixel| self.masks[pixel]).collect(),
-            most: pixels.iter().map(|&pixel| self.most[pixel]).collect(),
+            runs: vec![None; (width * height).div_ceil(RUN)],
         }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// The marks of a pixel.
+    #[inline]
+    pub fn marks(&self, pixel: usize) -> Marks {
+        self.runs[pixel / RUN]
+            .as_ref()
+            .map_or(Marks::default(), |run| run[pixel % RUN])
+    }
+
+    fn marks_mut(&mut self, pixel: usize) -> &mut Marks {
+        &mut self.runs[pixel / RUN].get_or_insert_with(|| Box::new([Marks::default(); RUN]))[pixel % RUN]
+    }
+
+    /// The pixels with marked cells, in their order.
+    pub fn marked(&self) -> impl Iterator<Item = (u32, Marks)> {
+        let runs = (0u32..).step_by(RUN).zip(&self.runs);
+        let runs = runs.filter_map(|(first, run)| Some((first, run.as_ref()?)));
+        let marks = runs.flat_map(|(first, run)| (first..).zip(run.iter().copied()));
+        marks.filter(|(_, marks)| !marks.mask.is_empty())
     }
 
     fn of_image(scene: &Scene, camera: &Camera, size: [u32; 2]) -> Self {
         let [width, height] = size.map(|side| side as usize);
-        let mut cells = Self {
-            width,
-            height,
-            masks: vec![CellMask::default(); width * height],
-            most: vec![0.0; width * height],
-        };
+        let mut cells = Self::unmarked(width, height);
         let (map, emitters) = (camera.film_map(), scene.emitters());
         let mut is_anywhere = false;
         for index in 0..emitters.area_count() as u32 {
@@ -72,9 +109,13 @@ impl FilmCells {
             }
         }
         if is_anywhere {
-            cells.masks.fill(CellMask::FULL);
+            cells.mark_all();
         }
         cells
+    }
+
+    fn mark_all(&mut self) {
+        (0..self.pixels()).for_each(|pixel| self.marks_mut(pixel).mask = CellMask::FULL);
     }
 
     /// Adds the cells that a polygon touches, or may touch by rounding.
@@ -116,8 +157,9 @@ impl FilmCells {
             let pixel = row / SIDE * self.width + x;
             let from = first.max(x * SIDE) - x * SIDE;
             let to = last.min(x * SIDE + SIDE - 1) - x * SIDE;
-            self.masks[pixel].add(CellMask::of_row(row % SIDE, from, to));
-            self.most[pixel] = self.most[pixel].max(radiance);
+            let marks = self.marks_mut(pixel);
+            marks.mask.add(CellMask::of_row(row % SIDE, from, to));
+            marks.most = marks.most.max(radiance);
         }
     }
 
@@ -128,10 +170,8 @@ impl FilmCells {
         let rows = y.saturating_sub(1)..(y + 2).min(self.height);
         let columns = x.saturating_sub(1)..(x + 2).min(self.width);
         rows.into_iter().all(|row| {
-            let start = row * self.width;
-            self.masks[start + columns.start..start + columns.end]
-                .iter()
-                .all(|&mask| mask == CellMask::FULL)
+            let is_full = |column| self.marks(row * self.width + column).mask == CellMask::FULL;
+            columns.clone().all(is_full)
         })
     }
 }
@@ -239,15 +279,14 @@ mod tests {
             let blocks = ImageBlocks::new([20, 14], [2, 2], 5).unwrap();
             let part = scene.at_blocks(blocks, |scene| FilmCells::new(scene, scene.camera()));
             let part = part.unwrap();
-            assert_eq!(part.masks.len(), 100);
-            for (pixel, mask) in part.masks.iter().enumerate() {
+            assert_eq!(part.pixels(), 100);
+            for pixel in 0..100 {
                 // Cells of 10 × 7 pixels, of which blocks are the middle.
                 let [x, y] = [(pixel % 10, 10, 2), (pixel / 10, 7, 1)]
                     .map(|(place, stride, first)| first + place / 5 * stride + place % 5);
-                assert_eq!(*mask, whole.masks[y * 20 + x], "{x} {y}");
-                assert_eq!(part.most[pixel], whole.most[y * 20 + x]);
-                marked += usize::from(!mask.is_empty());
+                assert_eq!(part.marks(pixel), whole.marks(y * 20 + x), "{x} {y}");
             }
+            marked += part.marked().count();
         }
         assert!(marked > 50, "{marked}");
     }
@@ -273,7 +312,7 @@ mod tests {
                 }
                 let mut rng = CounterRng::new(5, seed, 0);
                 for _ in 0..10_000 {
-                    let pixel = (rng.next_f32() * cells.masks.len() as f32) as usize;
+                    let pixel = (rng.next_f32() * cells.pixels() as f32) as usize;
                     let corner = Vec2::new((pixel % 20) as f32, (pixel / 20) as f32);
                     let u = rng.next_2d();
                     let ray = PixelRay::through(camera, corner, [u[0], u[1], 0.5, 0.5]).ray;
@@ -282,7 +321,7 @@ mod tests {
                     };
                     let shines = point.emitter != SurfacePoint::NO_EMITTER
                         && scene.emitters().radiance(&point, ray.direction) != Rgb::ZERO;
-                    if shines && !cells.masks[pixel].contains(Vec2::from(u)) {
+                    if shines && !cells.marks(pixel).mask.contains(Vec2::from(u)) {
                         return Err(format!("scene {seed}, pixel {corner}, {u:?}"));
                     }
                 }
@@ -293,13 +332,13 @@ mod tests {
         for seed in 0..48 {
             let scene = scene(seed);
             let cells = FilmCells::new(&scene, scene.camera());
-            for (pixel, mask) in cells.masks.iter().enumerate() {
+            for pixel in 0..cells.pixels() {
                 let corner = Vec2::new((pixel % 20) as f32, (pixel / 20) as f32);
                 let ray = scene.camera().ray(corner + 0.5, [0.5; 2]);
                 let seen = scene.intersect(&ray);
                 let shines = |point| scene.emitters().radiance(&point, ray.direction) != Rgb::ZERO;
                 lit += f32::from(u8::from(seen.is_some_and(shines)));
-                marked += mask.count() as f32 / CELLS as f32;
+                marked += cells.marks(pixel).mask.count() as f32 / CELLS as f32;
             }
         }
         assert!(marked < 2.0 * lit, "{marked} cover {lit}");
@@ -309,7 +348,7 @@ mod tests {
         /// Marks cells anew, with a fault.
         fn cover_wrongly(&mut self, scene: &Scene, fault: Fault) {
             let (map, size) = (scene.camera().film_map(), [20, 14]);
-            self.masks.fill(CellMask::default());
+            self.runs.fill(None);
             for index in 0..scene.emitters().area_count() as u32 {
                 let outline = scene.emitters().outline(index, map.eye);
                 match outline.map(|outline| OnFilm::new(&map, &outline, size)) {
@@ -319,7 +358,7 @@ mod tests {
                     }
                     Some(OnFilm::Nothing) => (),
                     _ if matches!(fault, Fault::NotNear) => (),
-                    _ => self.masks.fill(CellMask::FULL),
+                    _ => self.mark_all(),
                 }
             }
         }

@@ -4,6 +4,7 @@ mod allotment;
 mod film_cells;
 mod film_polygon;
 mod mask;
+mod pixel_table;
 mod region;
 
 use crate::camera_ray::PixelRay;
@@ -13,6 +14,7 @@ use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
+use pixel_table::PixelTable;
 use region::Region;
 use std::sync::Arc;
 
@@ -34,9 +36,9 @@ use std::sync::Arc;
 /// at each marked pixel once. In pixels without rays, paths meet emission themselves. So only a
 /// mark that is missing causes a bias, not a bad choice.
 pub(crate) struct VisibleEmission {
-    /// Of each pixel, the region and its rays for each sample; none where methods see emission
+    /// The region of a pixel and its rays for each sample; none where methods see emission
     /// themselves.
-    pixels: Vec<Option<(Region, u16)>>,
+    pixels: PixelTable<(Region, u16)>,
     width: u32,
 }
 
@@ -94,13 +96,17 @@ impl VisibleEmission {
             mean: RAYS_PER_EDGE * edges.min(MOST_EDGES) as f32,
             most: MAX_RAYS,
         };
-        let regions: Vec<Option<Region>> = cells.masks.iter().map(|&mask| Region::new(mask)).collect();
-        let rays = allot(&spreads(scene, camera, (&cells, &regions), by_probes), budget);
-        let pixels = regions.into_iter().zip(&rays);
-        rays.iter().any(|&rays| rays > 0).then(|| Self {
-            pixels: pixels
-                .map(|(region, &rays)| Some((region?, rays)).filter(|_| rays > 0))
-                .collect(),
+        let marked = cells
+            .marked()
+            .filter_map(|(pixel, marks)| Some((pixel, marks, Region::new(marks.mask)?)));
+        let marked: Vec<_> = marked.collect();
+        let spreads = spreads(scene, camera, (&cells, &marked), by_probes);
+        let rays = allot(&spreads, cells.pixels(), budget);
+        let pixels = marked.into_iter().zip(rays).filter(|(_, rays)| *rays > 0);
+        let pixels = pixels.map(|((pixel, _, region), rays)| (pixel, (region, rays)));
+        let pixels = PixelTable::new(cells.pixels(), pixels);
+        (!pixels.is_empty()).then(|| Self {
+            pixels,
             width: scene.settings().width,
         })
     }
@@ -108,7 +114,7 @@ impl VisibleEmission {
     /// Whether the emission of surfaces that the pixel of this index sees is estimated here.
     #[inline(always)]
     pub fn takes(&self, pixel: usize) -> bool {
-        self.pixels.get(pixel).is_some_and(Option::is_some)
+        self.pixels.contains(pixel)
     }
 
     /// Of which of up to [`MAX_BATCH`] samples, bit by bit.
@@ -138,7 +144,7 @@ impl VisibleEmission {
         // Of each ray, the sample's place and the weight.
         let (mut owners, mut count) = ([(0, 0.0); MAX_BATCH], 0);
         for (place, id) in ids.iter().enumerate().take(values.len()) {
-            let Some(Some((region, number))) = self.pixels.get(self.pixel(id)) else {
+            let Some((region, number)) = self.pixels.get(self.pixel(id)) else {
                 continue;
             };
             let (places, number) = (region.places(), u32::from(*number));
@@ -228,19 +234,16 @@ mod tests {
             let scene = Scene::new(&description).map_err(|error| error.to_string())?;
             let camera = scene.camera();
             let mut visible = VisibleEmission::new(&scene, camera, true, 8).ok_or("nothing is seen")?;
-            match fault {
-                Some(Fault::Holes) => visible
-                    .pixels
-                    .iter_mut()
-                    .step_by(3)
-                    .for_each(|pixel| *pixel = None),
-                Some(Fault::NotAll) => {
-                    let top = Region::new(CellMask::of_row(0, 0, 7)).unwrap();
-                    let taken = visible.pixels.iter_mut().flatten();
-                    taken.step_by(3).for_each(|pixel| pixel.0 = top);
+            let top = Region::new(CellMask::of_row(0, 0, 7)).unwrap();
+            let pixels = (0..20 * 24).filter_map(|pixel| {
+                let (region, rays) = *visible.pixels.get(pixel as usize)?;
+                match fault {
+                    Some(Fault::Holes) if pixel % 3 == 0 => None,
+                    Some(Fault::NotAll) if pixel % 3 == 0 => Some((pixel, (top, rays))),
+                    _ => Some((pixel, (region, rays))),
                 }
-                _ => (),
-            }
+            });
+            visible.pixels = PixelTable::new(20 * 24, pixels);
             let scale = match fault {
                 Some(Fault::NotAveraged) => 2.0,
                 _ => 1.0,
