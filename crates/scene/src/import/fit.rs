@@ -121,10 +121,7 @@ pub(super) fn orthographic(
 
 /// Adds the [`studio`] if nothing else emits. Says whether it did.
 pub(super) fn light(scene: &mut SceneDescription) -> bool {
-    // Of a scene without surfaces the light would be all that is seen.
-    let dark = !scene.shapes.is_empty()
-        && scene.emitters.is_empty()
-        && scene.shapes.iter().all(|shape| shape.emission.is_none());
+    let dark = scene.emitters.is_empty() && scene.shapes.iter().all(|shape| shape.emission.is_none());
     if dark {
         studio(scene);
     }

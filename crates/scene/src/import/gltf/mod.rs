@@ -320,7 +320,7 @@ impl Importer<'_> {
             .iter()
             .filter(|shape| shape.emission.is_some());
         let is_lamp = |shape: &ShapeDescription| !self.glimmering.contains(&shape.material);
-        if emitting.any(is_lamp) || found.lit >= ENOUGH || self.description.shapes.is_empty() {
+        if emitting.any(is_lamp) || found.lit >= ENOUGH {
             return;
         }
         let message = match self.description.emitters.is_empty() {
