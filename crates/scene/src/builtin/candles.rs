@@ -2,11 +2,9 @@
 
 use super::mesh::{cuboid, quad, tetrahedron};
 use super::sequence::Sequence;
-use crate::{
-    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
-    ShapeDescription, TriangleMesh,
-};
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use super::view::{seen_along, without_roulette};
+use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
+use glam::{Affine3A, Vec3, Vec3A};
 
 /// Niches along each side, and candles in each.
 const NICHES: u32 = 12;
@@ -84,9 +82,6 @@ pub fn candles() -> SceneDescription {
     let diffuse = |r, g, b| Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::new(r, g, b)),
     };
-    // From (0, 3, 5) towards (0, 0.6, −8).
-    let forward = Vec3A::new(0.0, -2.4, -13.0).normalize();
-    let left = Vec3A::Y.cross(forward).normalize();
     SceneDescription {
         shapes,
         materials: vec![
@@ -95,23 +90,9 @@ pub fn candles() -> SceneDescription {
             diffuse(0.0, 0.0, 0.0),
         ],
         emitters: Vec::new(),
-        camera: CameraDescription {
-            to_world: Affine3A::from_mat3_translation(
-                Mat3A::from_cols(left, forward.cross(left), forward).into(),
-                Vec3::new(0.0, 3.0, 5.0),
-            ),
-            fov_x: 60.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(2),
-            roulette_depth: 1000,
-        },
+        // Towards (0, 0.6, −8).
+        camera: seen_along(Vec3::new(0.0, 3.0, 5.0), Vec3A::new(0.0, -2.4, -13.0), 60.0),
+        settings: without_roulette(2),
         ..SceneDescription::default()
     }
 }

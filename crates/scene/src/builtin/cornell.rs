@@ -1,10 +1,9 @@
 //! The Cornell box in Mitsuba's arrangement, diffuse and glossy.
 
 use super::mesh::{cuboid, quad};
-use crate::{
-    CameraDescription, ColorTexture, ConductorIor, FloatTexture, Geometry, Material, Microfacet,
-    RenderSettings, Rgb, Roughness, SceneDescription, ShapeDescription,
-};
+use super::room::metal;
+use super::view::{seen_from_front, without_roulette};
+use crate::{ColorTexture, FloatTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 
 const WHITE: Rgb = Rgb::new(0.885_809, 0.698_859, 0.666_422);
@@ -36,27 +35,12 @@ pub fn cornell() -> SceneDescription {
 /// as common for material roughness: `α` is 0.25 on the walls and 0.0225 on the boxes. Three
 /// bounces of indirect light, as in the figure: `max_depth` 5.
 pub fn cornell_glossy() -> SceneDescription {
-    let mixture = |albedo: Rgb, mirror: Rgb, roughness: f32| {
-        let alpha = FloatTexture::Constant(roughness * roughness);
-        Material::Blend {
-            weight: FloatTexture::Constant(0.5),
-            first: Box::new(Material::Diffuse {
-                reflectance: ColorTexture::Constant(albedo),
-            }),
-            second: Box::new(Material::Conductor {
-                // Reflects everything at every angle: |r|² = 1 for a purely imaginary index.
-                ior: ConductorIor {
-                    eta: Rgb::ZERO,
-                    k: Rgb::ONE,
-                },
-                roughness: Some(Roughness {
-                    distribution: Microfacet::Ggx,
-                    alpha_u: alpha.clone(),
-                    alpha_v: alpha,
-                }),
-                specular_reflectance: ColorTexture::Constant(mirror),
-            }),
-        }
+    let mixture = |albedo: Rgb, mirror: Rgb, roughness: f32| Material::Blend {
+        weight: FloatTexture::Constant(0.5),
+        first: Box::new(Material::Diffuse {
+            reflectance: ColorTexture::Constant(albedo),
+        }),
+        second: Box::new(metal(roughness * roughness, mirror)),
     };
     let mut materials: Vec<Material> = [WHITE, GREEN, RED].map(|c| mixture(c, c, 0.5)).to_vec();
     materials.push(mixture(WHITE, Rgb::splat(0.9), 0.15));
@@ -129,27 +113,8 @@ fn cornell_with(materials: Vec<Material>, boxes: [u32; 2]) -> SceneDescription {
         shapes,
         materials,
         emitters: Vec::new(),
-        camera: CameraDescription {
-            // Origin (0, 0, 3.9), target (0, 0, 0): a half turn about +Y, so that local +X (image
-            // left) is world −X.
-            to_world: Affine3A::from_cols(
-                -glam::Vec3A::X,
-                glam::Vec3A::Y,
-                -glam::Vec3A::Z,
-                glam::Vec3A::Z * 3.9,
-            ),
-            fov_x: 39.3077_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(8),
-            roulette_depth: 1000,
-        },
+        camera: seen_from_front(glam::Vec3A::Z * 3.9, 39.3077),
+        settings: without_roulette(8),
         ..SceneDescription::default()
     }
 }

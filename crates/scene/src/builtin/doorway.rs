@@ -1,10 +1,9 @@
 //! A room that receives light through a door.
 
 use super::mesh::{cuboid, quad};
-use crate::{
-    CameraDescription, ColorTexture, ConductorIor, FloatTexture, Geometry, Material, Microfacet,
-    RenderSettings, Rgb, Roughness, SceneDescription, ShapeDescription,
-};
+use super::room::{diffuse, metal};
+use super::view::{seen_from_front, without_roulette};
+use crate::{Geometry, Material, Rgb, SceneDescription, ShapeDescription};
 use glam::{Affine3A, Vec3, Vec3A};
 
 /// Two rooms with a doorway between them. The lamp is in the invisible room, on the other side of
@@ -15,27 +14,8 @@ use glam::{Affine3A, Vec3, Vec3A};
 /// room is 1.6 deep. No light reaches the front room by fewer than two bounces. Surfaces scatter on
 /// both sides. 256 × 256 pixels, `max_depth` 8, no roulette before path edge 1000.
 pub fn doorway() -> SceneDescription {
-    let diffuse = |reflectance| Material::TwoSided {
-        front: Box::new(Material::Diffuse {
-            reflectance: ColorTexture::Constant(reflectance),
-        }),
-        back: None,
-    };
-    let alpha = FloatTexture::Constant(0.1);
     let metal = Material::TwoSided {
-        front: Box::new(Material::Conductor {
-            // Reflects everything at every angle: |r|² = 1 for a purely imaginary index.
-            ior: ConductorIor {
-                eta: Rgb::ZERO,
-                k: Rgb::ONE,
-            },
-            roughness: Some(Roughness {
-                distribution: Microfacet::Ggx,
-                alpha_u: alpha.clone(),
-                alpha_v: alpha,
-            }),
-            specular_reflectance: ColorTexture::Constant(Rgb::splat(0.85)),
-        }),
+        front: Box::new(metal(0.1, Rgb::splat(0.85))),
         back: None,
     };
     let mut shapes = Vec::new();
@@ -134,21 +114,8 @@ pub fn doorway() -> SceneDescription {
             metal,
         ],
         emitters: Vec::new(),
-        camera: CameraDescription {
-            // At (0, 0, 3.9), towards the origin: a half turn about +Y.
-            to_world: Affine3A::from_cols(-Vec3A::X, Vec3A::Y, -Vec3A::Z, Vec3A::Z * 3.9),
-            fov_x: 39.3_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(8),
-            roulette_depth: 1000,
-        },
+        camera: seen_from_front(Vec3A::Z * 3.9, 39.3),
+        settings: without_roulette(8),
         ..SceneDescription::default()
     }
 }

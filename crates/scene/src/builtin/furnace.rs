@@ -1,10 +1,11 @@
 //! The white furnace.
 
+use super::view::seen_from_front;
 use crate::{
-    CameraDescription, ColorTexture, EmitterDescription, Geometry, Material, RenderSettings, Rgb,
-    SceneDescription, ShapeDescription, SphereGeometry,
+    ColorTexture, EmitterDescription, Geometry, Material, RenderSettings, Rgb, SceneDescription,
+    ShapeDescription, SphereGeometry,
 };
-use glam::{Affine3A, Vec3A};
+use glam::Vec3A;
 
 /// A white Lambertian sphere (albedo 1) in an environment of constant radiance 1: every pixel of a
 /// correct renderer is exactly 1, whether it sees the sphere or not.
@@ -29,14 +30,8 @@ pub fn furnace() -> SceneDescription {
             reflectance: ColorTexture::Constant(Rgb::ONE),
         }],
         emitters: vec![EmitterDescription::Constant { radiance: Rgb::ONE }],
-        camera: CameraDescription {
-            // From (0, 0, 4) along −Z: the sphere fills about two thirds of the width.
-            to_world: Affine3A::from_cols(-Vec3A::X, Vec3A::Y, -Vec3A::Z, Vec3A::Z * 4.0),
-            fov_x: 42.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
+        // The sphere fills about two thirds of the width.
+        camera: seen_from_front(Vec3A::Z * 4.0, 42.0),
         settings: RenderSettings {
             width: 64,
             height: 64,

@@ -1,9 +1,7 @@
 //! A wall that is lit by a glossy reflection.
 
-use super::room::{Room, diffuse};
-use crate::{
-    ColorTexture, ConductorIor, FloatTexture, Material, Microfacet, Rgb, Roughness, SceneDescription,
-};
+use super::room::{Room, diffuse, metal};
+use crate::{Material, Rgb, SceneDescription};
 use glam::Vec3;
 
 /// A wall that a glossy floor lights with the reflection of a lamp behind a board (after
@@ -15,27 +13,14 @@ use glam::Vec3;
 /// reflected to the wall, as a band whose edges show how rough the floor is. A method that replaces
 /// the floor's reflection by a mean over directions blurs the band over the wall.
 pub fn glossy_bounce() -> SceneDescription {
-    let (white, metal) = (0, 1);
-    let alpha = FloatTexture::Constant(0.15);
+    let (white, mirror) = (0, 1);
     let floor = Material::TwoSided {
-        front: Box::new(Material::Conductor {
-            // Reflects everything at every angle: |r|² = 1 for a purely imaginary index.
-            ior: ConductorIor {
-                eta: Rgb::ZERO,
-                k: Rgb::ONE,
-            },
-            roughness: Some(Roughness {
-                distribution: Microfacet::Ggx,
-                alpha_u: alpha.clone(),
-                alpha_v: alpha,
-            }),
-            specular_reflectance: ColorTexture::Constant(Rgb::splat(0.9)),
-        }),
+        front: Box::new(metal(0.15, Rgb::splat(0.9))),
         back: None,
     };
     let mut room = Room::default();
     room.block("walls", [-1.0, -0.01, -1.0], [1.0, 1.5, 1.6], white);
-    room.block("floor", [-0.999, -0.009, -0.999], [0.999, 0.0, 1.599], metal);
+    room.block("floor", [-0.999, -0.009, -0.999], [0.999, 0.0, 1.599], mirror);
     room.block("board", [-0.999, 0.3, 0.4], [0.999, 1.499, 0.42], white);
     // Shines towards −z.
     room.lamp(

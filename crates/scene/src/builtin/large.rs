@@ -1,11 +1,12 @@
 //! Many triangles: for trees.
 
 use super::mesh::cuboid;
+use super::view::seen_along;
 use crate::{
     CameraDescription, ColorTexture, EmitterDescription, Geometry, Material, RenderSettings, Rgb,
     SceneDescription, ShapeDescription, TriangleMesh,
 };
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::{Affine3A, Vec3};
 use lightshed_sampling::{CounterRng, UniformSphere};
 
 /// Triangles of a box, and of a house with what is on its walls.
@@ -78,8 +79,6 @@ pub fn hairball(thousands: u32) -> SceneDescription {
 
 /// A mesh of grey diffuse surfaces under a white sky, seen from `eye`.
 fn scene(mesh: TriangleMesh, name: &str, eye: Vec3, target: Vec3) -> SceneDescription {
-    let forward = Vec3A::from(target - eye).normalize();
-    let right = Vec3A::Y.cross(forward).normalize();
     let grey = Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::splat(0.6)),
     };
@@ -96,11 +95,8 @@ fn scene(mesh: TriangleMesh, name: &str, eye: Vec3, target: Vec3) -> SceneDescri
         }],
         emitters: vec![EmitterDescription::Constant { radiance: Rgb::ONE }],
         camera: CameraDescription {
-            to_world: Affine3A::from_cols(right, forward.cross(right), forward, eye.into()),
-            fov_x: 45.0_f32.to_radians(),
-            near_clip: 0.01,
             far_clip: 1e5,
-            ..CameraDescription::default()
+            ..seen_along(eye, (target - eye).into(), 45.0)
         },
         settings: RenderSettings {
             width: 256,

@@ -1,11 +1,12 @@
 //! A floor that is lit by a bright spot on the wall around it.
 
 use super::mesh::quad;
+use super::view::{seen_along, without_roulette};
 use crate::{
-    CameraDescription, ColorTexture, EmitterDescription, Geometry, Material, RenderSettings, Rgb,
-    SceneDescription, ShapeDescription, TriangleMesh,
+    ColorTexture, EmitterDescription, Geometry, Material, Rgb, SceneDescription, ShapeDescription,
+    TriangleMesh,
 };
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use glam::Vec3;
 use std::f32::consts::TAU;
 
 /// Corners of the floor and the wall around.
@@ -71,8 +72,6 @@ pub fn lighthouse_at(angle: f32) -> SceneDescription {
     };
     // From (0, 3.4, 0.9) towards the middle of the floor.
     let from = Vec3::new(0.0, 3.4, 0.9);
-    let forward = Vec3A::from(-from).normalize();
-    let left = Vec3A::Y.cross(forward).normalize();
     SceneDescription {
         shapes,
         materials: vec![Material::TwoSided {
@@ -80,23 +79,8 @@ pub fn lighthouse_at(angle: f32) -> SceneDescription {
             back: None,
         }],
         emitters: vec![light],
-        camera: CameraDescription {
-            to_world: Affine3A::from_mat3_translation(
-                Mat3A::from_cols(left, forward.cross(left), forward).into(),
-                from,
-            ),
-            fov_x: 20.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(4),
-            roulette_depth: 1000,
-        },
+        camera: seen_along(from, (-from).into(), 20.0),
+        settings: without_roulette(4),
         ..SceneDescription::default()
     }
 }

@@ -2,11 +2,9 @@
 
 use super::mesh::{cuboid, quad, tetrahedron};
 use super::sequence::Sequence;
-use crate::{
-    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
-    ShapeDescription, TriangleMesh,
-};
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use super::view::{seen_along, without_roulette};
+use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
+use glam::{Affine3A, Vec3, Vec3A};
 
 /// Lights of [`many_lights`].
 const LIGHTS: usize = 1000;
@@ -60,30 +58,13 @@ pub fn many_lights() -> SceneDescription {
     let grey = |albedo| Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::splat(albedo)),
     };
-    // From (0, 9, 15) towards (0, 0, 1).
-    let forward = Vec3A::new(0.0, -9.0, -14.0).normalize();
-    let left = Vec3A::Y.cross(forward).normalize();
     SceneDescription {
         shapes,
         materials: vec![grey(0.5), grey(0.0)],
         emitters: Vec::new(),
-        camera: CameraDescription {
-            to_world: Affine3A::from_mat3_translation(
-                Mat3A::from_cols(left, forward.cross(left), forward).into(),
-                Vec3::new(0.0, 9.0, 15.0),
-            ),
-            fov_x: 60.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(2),
-            roulette_depth: 1000,
-        },
+        // Towards (0, 0, 1).
+        camera: seen_along(Vec3::new(0.0, 9.0, 15.0), Vec3A::new(0.0, -9.0, -14.0), 60.0),
+        settings: without_roulette(2),
         ..SceneDescription::default()
     }
 }

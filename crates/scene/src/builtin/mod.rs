@@ -15,6 +15,7 @@ mod noise;
 mod pool;
 mod room;
 mod sequence;
+mod view;
 mod volumes;
 mod warehouse;
 

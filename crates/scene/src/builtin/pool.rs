@@ -1,11 +1,9 @@
 //! A pool under a small lamp, seen from under the water.
 
 use super::mesh::quad;
-use crate::{
-    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
-    ShapeDescription, TriangleMesh,
-};
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use super::view::{seen_along, without_roulette};
+use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
+use glam::{Vec3, Vec3A};
 
 /// Squares of the water along a side.
 const SQUARES: u32 = 64;
@@ -78,9 +76,6 @@ pub fn pool_at(time: f32) -> SceneDescription {
         front: Box::new(front),
         back: None,
     };
-    // From (0, −0.45, 1.8) towards (0, −0.95, −0.6).
-    let forward = Vec3A::new(0.0, -0.5, -2.4).normalize();
-    let left = Vec3A::Y.cross(forward).normalize();
     SceneDescription {
         shapes,
         materials: vec![
@@ -95,23 +90,9 @@ pub fn pool_at(time: f32) -> SceneDescription {
             diffuse(0.0, 0.0, 0.0),
         ],
         emitters: Vec::new(),
-        camera: CameraDescription {
-            to_world: Affine3A::from_mat3_translation(
-                Mat3A::from_cols(left, forward.cross(left), forward).into(),
-                Vec3::new(0.0, -0.45, 1.8),
-            ),
-            fov_x: 65.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(3),
-            roulette_depth: 1000,
-        },
+        // Towards (0, −0.95, −0.6).
+        camera: seen_along(Vec3::new(0.0, -0.45, 1.8), Vec3A::new(0.0, -0.5, -2.4), 65.0),
+        settings: without_roulette(3),
         ..SceneDescription::default()
     }
 }

@@ -1,11 +1,12 @@
 //! Parts of scenes with walls.
 
 use super::mesh::{cuboid, quad};
+use super::view::{seen_along, without_roulette};
 use crate::{
-    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
-    ShapeDescription, TriangleMesh,
+    ColorTexture, ConductorIor, FloatTexture, Geometry, Material, Microfacet, RenderSettings, Rgb, Roughness,
+    SceneDescription, ShapeDescription, TriangleMesh,
 };
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use glam::{Affine3A, Vec3};
 
 /// A material that scatters equally on both sides.
 pub(super) fn diffuse(reflectance: Rgb) -> Material {
@@ -14,6 +15,24 @@ pub(super) fn diffuse(reflectance: Rgb) -> Material {
             reflectance: ColorTexture::Constant(reflectance),
         }),
         back: None,
+    }
+}
+
+/// A metal of a rough surface (GGX, `alpha`) that reflects this at every angle.
+pub(super) fn metal(alpha: f32, reflectance: Rgb) -> Material {
+    let alpha = FloatTexture::Constant(alpha);
+    Material::Conductor {
+        // |r|² = 1 for a purely imaginary index.
+        ior: ConductorIor {
+            eta: Rgb::ZERO,
+            k: Rgb::ONE,
+        },
+        roughness: Some(Roughness {
+            distribution: Microfacet::Ggx,
+            alpha_u: alpha.clone(),
+            alpha_v: alpha,
+        }),
+        specular_reflectance: ColorTexture::Constant(reflectance),
     }
 }
 
@@ -49,25 +68,13 @@ impl Room {
     /// The scene as seen from a place towards another, under a horizontal angle in degrees. 256 ×
     /// 256 pixels, up to 64 edges, roulette from edge 8 on.
     pub fn seen(self, from: Vec3, towards: Vec3, degrees: f32, materials: Vec<Material>) -> SceneDescription {
-        let forward = Vec3A::from(towards - from).normalize();
-        let left = Vec3A::Y.cross(forward).normalize();
-        let axes = Mat3A::from_cols(left, forward.cross(left), forward);
         SceneDescription {
             shapes: self.0,
             materials,
-            camera: CameraDescription {
-                to_world: Affine3A::from_mat3_translation(axes.into(), from),
-                fov_x: degrees.to_radians(),
-                near_clip: 0.01,
-                far_clip: 1e4,
-                ..CameraDescription::default()
-            },
+            camera: seen_along(from, (towards - from).into(), degrees),
             settings: RenderSettings {
-                width: 256,
-                height: 256,
-                samples_per_pixel: 64,
-                max_depth: Some(64),
                 roulette_depth: 8,
+                ..without_roulette(64)
             },
             ..SceneDescription::default()
         }

@@ -1,11 +1,9 @@
 //! A storehouse of many small rooms.
 
 use super::mesh::quad;
-use crate::{
-    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
-    ShapeDescription, TriangleMesh,
-};
-use glam::{Affine3A, Vec3, Vec3A};
+use super::view::{seen_from_front, without_roulette};
+use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
+use glam::{Vec3, Vec3A};
 
 /// Rooms along x, y and z.
 const ROOMS: [u32; 3] = [12, 8, 4];
@@ -122,26 +120,8 @@ pub fn warehouse() -> SceneDescription {
         shapes,
         materials: vec![grey],
         emitters: Vec::new(),
-        camera: CameraDescription {
-            // In front of the middle: a half turn about +Y.
-            to_world: Affine3A::from_cols(
-                -Vec3A::X,
-                Vec3A::Y,
-                -Vec3A::Z,
-                Vec3A::new(0.0, 0.5 * size.y, 34.0),
-            ),
-            fov_x: 40.0_f32.to_radians(),
-            near_clip: 0.01,
-            far_clip: 1e4,
-            ..CameraDescription::default()
-        },
-        settings: RenderSettings {
-            width: 256,
-            height: 256,
-            samples_per_pixel: 64,
-            max_depth: Some(4),
-            roulette_depth: 1000,
-        },
+        camera: seen_from_front(Vec3A::new(0.0, 0.5 * size.y, 34.0), 40.0),
+        settings: without_roulette(4),
         ..SceneDescription::default()
     }
 }
