@@ -1,12 +1,10 @@
 //! Direct light with emitters selected by a light tree, on the device.
 
-use crate::bindings::{BoundGroup, ImageBindings, LightTreeBindings, SceneBindings, Table};
+use crate::bindings::{ImageBindings, LightTreeBindings, SceneBindings, Table};
 use crate::emitter_tree::{EmitterTree, TreeShape};
-use crate::frames::finished_frame;
-use crate::path_tracer::groups_of;
 use crate::programs::DIRECT;
-use crate::scene::Settings;
-use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::sample_kernel::SampleKernel;
+use crate::{Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
@@ -19,16 +17,9 @@ use lightshed_integrator::MAX_DIRECT_SAMPLES;
 /// An exception are near triangles, which the host samples by solid angle and the device by area:
 /// those pixels agree in expectation.
 pub struct GpuDirectLight<'a> {
-    gpu: &'a Gpu,
-    scene: &'a GpuScene,
+    samples: SampleKernel<'a>,
     emitters: EmitterTree,
-    /// The scene, and the tree.
-    groups: [BoundGroup; 2],
-    kernel: Kernel,
-    settings: Buffer,
-    image: Buffer,
     asked: Direct,
-    times: Vec<PassTime>,
 }
 
 /// What the program binds.
@@ -52,12 +43,9 @@ struct Direct {
     padding: u32,
 }
 
-/// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
-
 impl<'a> GpuDirectLight<'a> {
     /// Bytes on the device for each pixel: the image.
-    pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
+    pub const BYTES_PER_PIXEL: u64 = SampleKernel::BYTES_PER_PIXEL;
 
     /// `n` samples of the emitters and, if the surface is not diffuse, `m` of the BSDF, at the
     /// point that a camera ray hits. Builds the light tree.
@@ -92,10 +80,7 @@ impl<'a> GpuDirectLight<'a> {
         }
         let emitters = EmitterTree::new(gpu, scene)?;
         let stratum = u64::MAX / u64::from(emitter_samples);
-        let [width, height] = scene.size();
         Ok(Self {
-            gpu,
-            scene,
             asked: Direct {
                 tree: emitters.shape(),
                 sample: 0,
@@ -106,24 +91,20 @@ impl<'a> GpuDirectLight<'a> {
                 has_tree: u32::from(emitters.shines),
                 padding: 0,
             },
-            groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&emitters.bindings()])],
-            emitters,
-            kernel: gpu.kernel_of_tables(
+            samples: SampleKernel::new(
+                (gpu, scene),
                 "direct",
                 program,
-                "direct",
                 &TABLES,
-                &scene.constants(program, &[]),
+                gpu.bind(&[&emitters.bindings()]),
             )?,
-            settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
-            image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
-            times: Vec::new(),
+            emitters,
         })
     }
 
     /// Bytes on the device, without those of the scene and the tree.
     pub fn bytes(&self) -> u64 {
-        self.image.bytes()
+        self.samples.bytes()
     }
 
     /// The tree.
@@ -139,48 +120,31 @@ impl<'a> GpuDirectLight<'a> {
 
 impl GpuMethod for GpuDirectLight<'_> {
     fn size(&self) -> [u32; 2] {
-        self.scene.size()
+        self.samples.scene.size()
     }
 
     /// Sample number `frame` of each pixel.
     fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        let asked = self.scene.kernel_settings(seed, 2, u32::MAX);
-        self.gpu.write(&self.settings, &[asked]);
-        let direct = Direct {
+        let asked = Direct {
             sample: frame,
             ..self.asked
         };
-        let direct = self.gpu.buffer("direct", &[direct])?;
-        let method = self.gpu.bind(&[&ImageBindings {
-            settings: &self.settings,
-            image: &self.image,
-            asked: &direct,
-        }]);
-        let [of_scene, of_tree] = &self.groups;
-        let [width, height] = self.size();
-        let mut work = self.gpu.timed_work();
-        work.dispatch_bound(
-            &self.kernel,
-            &[of_scene, of_tree, &method],
-            groups_of(width * height),
-        );
-        self.times = work.finish()?;
-        finished_frame(self.gpu, &self.image, self.size())
+        self.samples.frame(seed, [2, u32::MAX], asked)
     }
 
     fn times(&self) -> &[PassTime] {
-        &self.times
+        &self.samples.times
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::{gpu, under_the_sky};
+    use crate::tests::support::{Likeness, gpu, under_the_sky};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::{DirectLight, DirectLightOptions, LightChoosing, LightSelection};
     use lightshed_scene::glam::Vec3;
-    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin};
     use lightshed_testkit::MeanTest;
 
     const SIDE: u32 = 40;
@@ -234,20 +198,15 @@ mod tests {
             },
         )
         .expect("samples are few");
-        let (mut alike, mut count) = (0, 0);
-        let mut differences = MeanTest::new();
+        let mut likeness = Likeness::default();
         for index in 0..4 {
             let (found, _) = device.frame(index, 7).expect("the device answers");
             for (i, value) in (0..).zip(found) {
                 let truth = host.sample(i % SIDE, i / SIDE, index, 7);
-                let value = Rgb::from(value);
-                let same = (value - truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3);
-                alike += u32::from(same);
-                count += 1;
-                differences.push(f64::from(luminance(value) - luminance(truth)));
+                likeness.push(value.into(), truth);
             }
         }
-        (f64::from(alike) / f64::from(count), differences)
+        (likeness.share(), likeness.differences)
     }
 
     /// With the host's numbers come the host's values, and where triangles are near, their

@@ -25,6 +25,7 @@ mod restir_di;
 mod restir_frames;
 mod restir_pt;
 mod restir_volume;
+mod sample_kernel;
 mod scene;
 #[cfg(test)]
 mod tests;

@@ -225,10 +225,10 @@ impl GpuMethod for GpuLightcuts<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::gpu;
+    use crate::tests::support::{Likeness, gpu};
     use lightshed_film::FrameMethod;
     use lightshed_integrator::Lightcuts;
-    use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin, luminance};
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin};
     use lightshed_testkit::MeanTest;
     use std::sync::atomic::AtomicBool;
 
@@ -249,21 +249,16 @@ mod tests {
                 + GpuLightcuts::bytes_per_block(options.subtrees) * u64::from(blocks)
         );
         let mut host = Lightcuts::new(scene, options).expect("options are sound");
-        let (mut alike, mut count) = (0, 0);
-        let mut differences = MeanTest::new();
+        let mut likeness = Likeness::default();
         let mut truth = vec![Rgb::ZERO; pixels as usize];
         for frame in 0..4 {
             let (found, _) = device.frame(frame, 7).expect("the device answers");
             host.render_frame(frame, 7, &mut truth, &AtomicBool::new(false));
             for (value, &truth) in found.into_iter().zip(&truth) {
-                let value = Rgb::from(value);
-                let same = (value - truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3);
-                alike += u32::from(same);
-                count += 1;
-                differences.push(f64::from(luminance(value) - luminance(truth)));
+                likeness.push(value.into(), truth);
             }
         }
-        (f64::from(alike) / f64::from(count), differences)
+        (likeness.share(), likeness.differences)
     }
 
     /// With the host's numbers come the host's values, and where triangles are near, their

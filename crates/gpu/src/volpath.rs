@@ -1,37 +1,25 @@
 //! Path tracing through a medium on the device.
 
-use crate::bindings::{BoundGroup, ImageBindings, MediumBindings, SceneBindings, Table};
-use crate::frames::finished_frame;
-use crate::path_tracer::groups_of;
+use crate::bindings::{ImageBindings, MediumBindings, SceneBindings, Table};
 use crate::programs::VOLPATH;
-use crate::scene::Settings;
-use crate::{Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::sample_kernel::SampleKernel;
+use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use lightshed_film::RayCounts;
 
 /// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of
 /// `lightshed_integrator::VolumePathTracer`, with the same random numbers for each path, so that
 /// images differ by rounding only.
 pub struct GpuVolumePathTracer<'a> {
-    gpu: &'a Gpu,
-    scene: &'a GpuScene,
-    /// The scene, and its medium.
-    groups: [BoundGroup; 2],
-    kernel: Kernel,
+    samples: SampleKernel<'a>,
     max_depth: u32,
-    settings: Buffer,
-    image: Buffer,
-    times: Vec<PassTime>,
 }
 
 /// What the program binds.
 pub(crate) const TABLES: [Table; 3] = [SceneBindings::TABLE, MediumBindings::TABLE, ImageBindings::TABLE];
 
-/// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
-
 impl<'a> GpuVolumePathTracer<'a> {
     /// Bytes on the device for each pixel: the image.
-    pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
+    pub const BYTES_PER_PIXEL: u64 = SampleKernel::BYTES_PER_PIXEL;
 
     /// With the lengths of the scene's settings, in a scene made by [`GpuScene::with_medium`].
     ///
@@ -62,61 +50,38 @@ impl<'a> GpuVolumePathTracer<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         let medium = scene.medium().ok_or(GpuError::Medium("there is none"))?;
-        let [width, height] = scene.size();
         Ok(Self {
-            gpu,
-            scene,
-            groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&medium.bindings()])],
-            kernel: gpu.kernel_of_tables(
+            samples: SampleKernel::new(
+                (gpu, scene),
                 "volpath",
                 program,
-                "volpath",
                 &TABLES,
-                &scene.constants(program, &[]),
+                gpu.bind(&[&medium.bindings()]),
             )?,
             max_depth: max_depth.unwrap_or(u32::MAX),
-            settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
-            image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
-            times: Vec::new(),
         })
     }
 
     /// Bytes on the device, the scene's and the medium's apart.
     pub fn bytes(&self) -> u64 {
-        self.image.bytes()
+        self.samples.bytes()
     }
 }
 
 impl GpuMethod for GpuVolumePathTracer<'_> {
     fn size(&self) -> [u32; 2] {
-        self.scene.size()
+        self.samples.scene.size()
     }
 
     /// Sample number `frame` of each pixel.
     fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        let roulette_depth = self.scene.settings().roulette_depth;
-        let asked = self.scene.kernel_settings(seed, self.max_depth, roulette_depth);
-        self.gpu.write(&self.settings, &[asked]);
-        let sample = self.gpu.buffer("sample", &[frame, 0, 0, 0])?;
-        let method = self.gpu.bind(&[&ImageBindings {
-            settings: &self.settings,
-            image: &self.image,
-            asked: &sample,
-        }]);
-        let [of_scene, of_medium] = &self.groups;
-        let [width, height] = self.size();
-        let mut work = self.gpu.timed_work();
-        work.dispatch_bound(
-            &self.kernel,
-            &[of_scene, of_medium, &method],
-            groups_of(width * height),
-        );
-        self.times = work.finish()?;
-        finished_frame(self.gpu, &self.image, self.size())
+        let roulette_depth = self.samples.scene.settings().roulette_depth;
+        let depths = [self.max_depth, roulette_depth];
+        self.samples.frame(seed, depths, [frame, 0, 0, 0])
     }
 
     fn times(&self) -> &[PassTime] {
-        &self.times
+        &self.samples.times
     }
 }
 

@@ -304,7 +304,7 @@ impl GpuMethod for GpuVplGrid<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::{gpu, under_the_sky};
+    use crate::tests::support::{Likeness, gpu, under_the_sky};
     use lightshed_film::FrameMethod;
     use lightshed_integrator::VplOptions;
     use lightshed_scene::glam::Vec3;
@@ -387,10 +387,11 @@ mod tests {
             ..options
         };
         let pairs = frames(gpu, scene, options, [program, SHADOW_FILTER], 2).concat();
-        let alike = pairs.iter().filter(|[value, truth]| {
-            (*value - *truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3)
-        });
-        alike.count() as f64 / pairs.len() as f64
+        let mut likeness = Likeness::default();
+        for [value, truth] in pairs {
+            likeness.push(value, truth);
+        }
+        likeness.share()
     }
 
     /// What is seen of emitters, and what the hierarchy gives, are the host's. Faults in either are

@@ -47,6 +47,31 @@ pub(crate) fn host_means(size: [u32; 2], images: u32, value: impl Fn(u32, u32, u
     means
 }
 
+/// Values of the device beside the host's.
+#[derive(Default)]
+pub(crate) struct Likeness {
+    alike: u32,
+    count: u32,
+    /// What the luminance of the device's values exceeds that of the host's by.
+    pub differences: MeanTest,
+}
+
+impl Likeness {
+    /// Compares a value with the host's.
+    pub fn push(&mut self, value: Rgb, truth: Rgb) {
+        let same = (value - truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3);
+        self.alike += u32::from(same);
+        self.count += 1;
+        self.differences
+            .push(f64::from(luminance(value) - luminance(truth)));
+    }
+
+    /// The share of the values that are the host's within 10⁻⁴.
+    pub fn share(&self) -> f64 {
+        f64::from(self.alike) / f64::from(self.count)
+    }
+}
+
 /// Independent chains of frames of a method, each with a seed of its own.
 pub(crate) struct Chains<'a> {
     /// The frames of a chain whose mean counts; those before are rendered, too.
