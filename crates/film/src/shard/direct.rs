@@ -62,84 +62,99 @@ pub fn render_shard<E: PixelEstimator>(
     observer: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<RenderedShard, RenderShardError> {
-    render_shard_dyn(estimator, header, options, target, observer, cancel)
+    let order = ShardOrder {
+        estimator,
+        header,
+        options,
+        target,
+        observer,
+        cancel,
+    };
+    order.render()
 }
 
-/// [`render_shard`], compiled once and not for every estimator.
-fn render_shard_dyn(
-    estimator: &dyn PixelEstimator,
-    header: &ShardHeader,
-    options: &RenderOptions,
-    target: &OutputTarget,
-    observer: &(dyn Fn(&Progress) + Sync),
-    cancel: &AtomicBool,
-) -> Result<RenderedShard, RenderShardError> {
-    let size = [options.width, options.height];
-    if size != header.image().size {
-        let method = header.image().size;
-        return Err(RenderError::OtherSize {
-            method,
-            options: size,
+/// What [`render_shard`] is asked for; its functions are compiled once and not for every estimator.
+pub(super) struct ShardOrder<'a> {
+    pub estimator: &'a dyn PixelEstimator,
+    pub header: &'a ShardHeader,
+    pub options: &'a RenderOptions,
+    pub target: &'a OutputTarget,
+    pub observer: &'a (dyn Fn(&Progress) + Sync),
+    pub cancel: &'a AtomicBool,
+}
+
+impl ShardOrder<'_> {
+    /// Writes rows as soon as they are complete, where a file may be without a name.
+    pub fn render(&self) -> Result<RenderedShard, RenderShardError> {
+        let Self {
+            estimator,
+            header,
+            options,
+            target,
+            observer,
+            cancel,
+        } = *self;
+        let size = [options.width, options.height];
+        if size != header.image().size {
+            let method = header.image().size;
+            return Err(RenderError::OtherSize {
+                method,
+                options: size,
+            }
+            .into());
         }
-        .into());
-    }
-    let samples = header.end() - header.first();
-    let layout =
-        Layout::new(header).map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
-    let strips = StripLoop::new(options, samples)?;
-    let Some(file) = target.unnamed_exr(layout.file_bytes())? else {
-        drop(strips);
-        return with_film(estimator, header, options, target, observer, cancel);
-    };
-    let io_error = |error: io::Error| OutputError::Io(target.path().to_owned(), error);
-    let mut totals = TotalsSum::default();
-    let mut rows = RowWriter::new(&layout, file.file()).map_err(io_error)?;
-    let times = strips.run(estimator, observer, cancel, |top, film| {
-        rows.add(top, film, |row| row.add_to(&mut totals, u64::from(samples)))
-    });
-    let Some(times) = times.map_err(io_error)? else {
-        return Ok(RenderedShard {
-            totals: None,
-            seconds: 0.0,
-            cpu_seconds: None,
+        let samples = header.end() - header.first();
+        let layout =
+            Layout::new(header).map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
+        let strips = StripLoop::new(options, samples)?;
+        let Some(file) = target.unnamed_exr(layout.file_bytes())? else {
+            drop(strips);
+            return self.with_film();
+        };
+        let io_error = |error: io::Error| OutputError::Io(target.path().to_owned(), error);
+        let mut totals = TotalsSum::default();
+        let mut rows = RowWriter::new(&layout, file.file()).map_err(io_error)?;
+        let times = strips.run(estimator, observer, cancel, |top, film| {
+            rows.add(top, film, |row| row.add_to(&mut totals, u64::from(samples)))
         });
-    };
-    rows.finish().map_err(io_error)?;
-    file.publish(target.path()).map_err(io_error)?;
-    Ok(RenderedShard {
-        totals: Some(totals.finish().0),
-        seconds: times.seconds,
-        cpu_seconds: times.cpu_seconds,
-    })
-}
+        let Some(times) = times.map_err(io_error)? else {
+            return Ok(RenderedShard {
+                totals: None,
+                seconds: 0.0,
+                cpu_seconds: None,
+            });
+        };
+        rows.finish().map_err(io_error)?;
+        file.publish(target.path()).map_err(io_error)?;
+        Ok(RenderedShard {
+            totals: Some(totals.finish().0),
+            seconds: times.seconds,
+            cpu_seconds: times.cpu_seconds,
+        })
+    }
 
-/// The same by way of a film.
-pub(super) fn with_film(
-    estimator: &dyn PixelEstimator,
-    header: &ShardHeader,
-    options: &RenderOptions,
-    target: &OutputTarget,
-    observer: &(dyn Fn(&Progress) + Sync),
-    cancel: &AtomicBool,
-) -> Result<RenderedShard, RenderShardError> {
-    let options = RenderOptions {
-        budget: Budget::Samples(header.end() - header.first()),
-        whole: true,
-        ..*options
-    };
-    let outcome = render(&estimator, &options, observer, cancel)?;
-    let (seconds, cpu_seconds) = (outcome.seconds, outcome.cpu_seconds);
-    let totals = match outcome.interrupted {
-        true => None,
-        false => {
-            let shard = Shard::new(header.clone(), outcome.film)?;
-            shard.write(target)?;
-            Some(shard.totals())
-        }
-    };
-    Ok(RenderedShard {
-        totals,
-        seconds,
-        cpu_seconds,
-    })
+    /// The same by way of a film.
+    pub fn with_film(&self) -> Result<RenderedShard, RenderShardError> {
+        let header = self.header;
+        let options = RenderOptions {
+            budget: Budget::Samples(header.end() - header.first()),
+            whole: true,
+            ..*self.options
+        };
+        let outcome = render(&self.estimator, &options, self.observer, self.cancel)?;
+        let (seconds, cpu_seconds) = (outcome.seconds, outcome.cpu_seconds);
+        let totals = match outcome.interrupted {
+            true => None,
+            false => {
+                let shard = Shard::new(header.clone(), outcome.film)?;
+                shard.write(self.target)?;
+                Some(shard.totals())
+            }
+        };
+        Ok(RenderedShard {
+            totals,
+            seconds,
+            cpu_seconds,
+        })
+    }
 }

@@ -101,6 +101,14 @@ impl<P> TwoFrames<P> {
     }
 }
 
+/// What a pass reads and writes: this frame's reservoirs, the previous frame's, and the next ones
+/// of this frame.
+type Passed<'r, D, R> = (
+    &'r [DomainReservoir<D, R>],
+    &'r [DomainReservoir<D, R>],
+    &'r mut [DomainReservoir<D, R>],
+);
+
 /// The reservoirs of the current frame, and those of the previous one.
 pub(crate) struct Reservoirs<D: Domain, R: Storage = f32> {
     pub now: Vec<DomainReservoir<D, R>>,
@@ -135,6 +143,17 @@ where
         std::mem::swap(&mut self.now, &mut self.held);
     }
 
+    /// Replaces the frame's reservoirs by those that `pass` writes: it gets the frame's, the
+    /// previous frame's, and where to write.
+    fn replace(
+        &mut self,
+        pass: impl FnOnce(Passed<'_, D, R>) -> Result<(), ReuseError>,
+    ) -> Result<(), ReuseError> {
+        pass((&self.now, &self.held, &mut self.scratch))?;
+        std::mem::swap(&mut self.now, &mut self.scratch);
+        Ok(())
+    }
+
     /// Temporal reuse of the previous reservoirs, which belong to the domains `before`, at
     /// `seen_at`.
     pub fn in_time<Ds, H, T, C>(
@@ -150,16 +169,10 @@ where
         T: ShiftMapping<D> + Sync,
         C: Choose,
     {
-        let (now, history) = (&self.now, History::new(before, &self.held));
-        reuse.temporal(
-            now,
-            history,
-            |index| seen_at(index, now),
-            &mut self.scratch,
-            choose,
-        )?;
-        std::mem::swap(&mut self.now, &mut self.scratch);
-        Ok(())
+        self.replace(|(now, held, next)| {
+            let history = History::new(before, held);
+            reuse.temporal(now, history, |index| seen_at(index, now), next, choose)
+        })
     }
 
     /// Rounds of spatial reuse, until cancelled.
@@ -198,8 +211,7 @@ where
     {
         for round in (0..rounds).take_while(|_| !cancel.load(Ordering::Relaxed)) {
             let choose = |pixel| choose(round, pixel);
-            reuse.paired(pairs(round), &self.now, &mut self.scratch, choose)?;
-            std::mem::swap(&mut self.now, &mut self.scratch);
+            self.replace(|(now, _, next)| reuse.paired(pairs(round), now, next, choose))?;
         }
         Ok(())
     }
@@ -218,9 +230,7 @@ where
         T: ShiftMapping<D> + Sync,
         C: Choose,
     {
-        reuse.linked(&self.now, others, links, &mut self.scratch, choose)?;
-        std::mem::swap(&mut self.now, &mut self.scratch);
-        Ok(())
+        self.replace(|(now, _, next)| reuse.linked(now, others, links, next, choose))
     }
 
     /// The same, where all that they bring shades `image`.
@@ -240,9 +250,7 @@ where
         C: Choose,
     {
         let sums = Sums::new(image, shade);
-        reuse.linked_integrated(&self.now, others, links, &mut self.scratch, sums, choose)?;
-        std::mem::swap(&mut self.now, &mut self.scratch);
-        Ok(())
+        self.replace(|(now, _, next)| reuse.linked_integrated(now, others, links, next, sums, choose))
     }
 
     /// A last round, in which all inputs shade `image`.
@@ -260,8 +268,6 @@ where
         C: Choose,
     {
         let sums = Sums::new(image, shade);
-        reuse.spatial_integrated(neighbours, &self.now, &mut self.scratch, sums, choose)?;
-        std::mem::swap(&mut self.now, &mut self.scratch);
-        Ok(())
+        self.replace(|(now, _, next)| reuse.spatial_integrated(neighbours, now, next, sums, choose))
     }
 }

@@ -1,7 +1,7 @@
 //! Shards rendered into their files are those of the film's way.
 
 use super::*;
-use crate::shard::direct::with_film;
+use crate::shard::direct::ShardOrder;
 use crate::{Budget, OutputTarget, PixelEstimator, RenderError, RenderOptions, render};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -53,7 +53,15 @@ fn a_file_has_the_bits_of_the_way_by_a_film() {
         };
         let rendered = render_shard(&Noise, &header, &options, &direct, &observer, &never).unwrap();
         assert_eq!(done.load(Ordering::Relaxed), size[0] * size[1] * 3);
-        let other = with_film(&Noise, &header, &options, &by_film, &|_| (), &never).unwrap();
+        let other = ShardOrder {
+            estimator: &Noise,
+            header: &header,
+            options: &options,
+            target: &by_film,
+            observer: &|_| (),
+            cancel: &never,
+        };
+        let other = other.with_film().unwrap();
         let budget = Budget::Samples(3);
         let outcome = render(&Noise, &RenderOptions { budget, ..options }, &|_| (), &never).unwrap();
         let shard = Shard::new(header.clone(), outcome.film).unwrap();
@@ -80,9 +88,17 @@ fn what_is_interrupted_or_refused_leaves_nothing() {
     for by_film in [false, true] {
         let cancel = AtomicBool::new(false);
         let estimator = Interrupting(&cancel, AtomicU32::new(0));
+        let order = ShardOrder {
+            estimator: &estimator,
+            header: &header,
+            options: &options,
+            target: &target,
+            observer: &|_| (),
+            cancel: &cancel,
+        };
         let rendered = match by_film {
-            true => with_film(&estimator, &header, &options, &target, &|_| (), &cancel),
-            false => render_shard(&estimator, &header, &options, &target, &|_| (), &cancel),
+            true => order.with_film(),
+            false => order.render(),
         };
         assert_eq!(rendered.unwrap().totals, None);
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0);
