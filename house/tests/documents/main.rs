@@ -5,6 +5,7 @@
 mod lines;
 mod manifests;
 mod markdown;
+mod ways;
 
 use lightshed_house::{Interface, Package, packages, repository};
 use manifests::{Dependency, dependencies, features, quoted, table};
@@ -438,4 +439,64 @@ fn guides_lead_to_all_that_is_public() {
         unreached.len(),
         unreached.join("\n")
     );
+}
+
+/// What is wrong with the ways through the crates that a document describes: files that are not
+/// there or lack what the step says, and ways that come back to a file.
+fn wrong_ways(text: &str) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for way in ways::ways(text) {
+        for (number, step) in way.iter().enumerate() {
+            let name = &step.name;
+            if step.paths.is_empty() {
+                wrong.push(format!("{name}: no file"));
+            }
+            let mut source = String::new();
+            for path in &step.paths {
+                let at = repository().join("crates").join(path);
+                match (at.is_dir(), at.is_file()) {
+                    (true, _) => source.extend(files(&at, &["rs"]).iter().map(read)),
+                    (_, true) => source.push_str(&read(&at)),
+                    _ => wrong.push(format!("{name}: there is no {path}")),
+                }
+                let before = &way[..number.saturating_sub(1)];
+                if before.iter().any(|earlier| earlier.paths.contains(path)) {
+                    wrong.push(format!("{name}: back to {path}"));
+                }
+            }
+            let known: BTreeSet<&str> = source
+                .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+                .collect();
+            let unknown = step.words.iter().filter(|word| !known.contains(word.as_str()));
+            wrong.extend(unknown.map(|word| format!("{name}: no {word} in {:?}", step.paths)));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn ways_through_the_crates_lead_on() {
+    let text = read("docs/architecture.md");
+    assert_eq!(ways::ways(&text).iter().map(Vec::len).collect::<Vec<_>>(), [7, 8]);
+    assert_eq!(wrong_ways(&text), [""; 0]);
+    let way =
+        "\n## From here\n\n1. `Light` (`lights/src/light.rs`).\n2. `Tree` (`lights/src/tree_sampler.rs`).\n";
+    for (fault, found) in [
+        ("3. `Light`, by nobody.\n", "no file"),
+        (
+            "3. `Light` (`lights/src/lamp.rs`).\n",
+            "there is no lights/src/lamp.rs",
+        ),
+        ("3. `Lamp` (`lights/src/tree_sampler.rs`).\n", "no Lamp in"),
+        (
+            "3. `Light` (`lights/src/light.rs`).\n",
+            "back to lights/src/light.rs",
+        ),
+    ] {
+        let wrong = wrong_ways(&format!("{way}{fault}"));
+        assert!(
+            wrong.iter().any(|wrong| wrong.contains(found)),
+            "{fault}: {wrong:?}"
+        );
+    }
 }
