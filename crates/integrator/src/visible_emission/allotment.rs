@@ -72,8 +72,8 @@ impl Spread {
     }
 }
 
-/// Numbers of rays of those of `pixels` pixels that have a spread: those that reduce the variance of
-/// all most, within the budget.
+/// Numbers of rays of those of `pixels` pixels that have a spread: those that reduce the variance
+/// of all most, within the budget.
 pub fn allot(spreads: &[Spread], pixels: usize, budget: RayBudget) -> Vec<u16> {
     let useful: Vec<Spread> = spreads
         .iter()

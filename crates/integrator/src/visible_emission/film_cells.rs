@@ -9,8 +9,8 @@ use lightshed_scene::{Camera, ImageBlocks, Scene};
 pub struct FilmCells {
     width: usize,
     height: usize,
-    /// Pixels in rows of [`RUN`], absent where none of them is marked: emitters cover little of most
-    /// images.
+    /// Pixels in rows of [`RUN`], absent where none of them is marked: emitters cover little of
+    /// most images.
     runs: Vec<Option<Box<[Marks; RUN]>>>,
 }
 
