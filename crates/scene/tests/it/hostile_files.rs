@@ -1,11 +1,11 @@
 //! Files that would take all memory, all time, or what does not belong to them: each is refused by
 //! a message that names the file and the limit, before it costs much.
 
-use lightshed_scene::Geometry;
 use lightshed_scene::import::{
     ImportError, LoadLimits, LoadResource, Loaded, load, load_with, parse_gltf, parse_gltf_with,
     parse_mitsuba, parse_mitsuba_with, parse_obj, parse_ply,
 };
+use lightshed_scene::{Geometry, Scene};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -192,6 +192,12 @@ fn meshes_that_many_nodes_place_are_counted_for_each() {
         outcome,
         "a.gltf (meshes[0]/primitives[0]): more than 999 vertices and triangles, the limit `vertices`",
     );
+    // As instances, the first node and the others have one mesh each.
+    let mut few = limit("vertices", 8.0);
+    few.copies = 0;
+    let loaded = parse_gltf_with(text.as_bytes(), "a.gltf", &few).unwrap();
+    let scene = Scene::new(&loaded.description).unwrap();
+    assert_eq!((scene.triangle_count(), scene.instance_count()), (1, 249));
 }
 
 /// Points on a circle as an OBJ, and as a PLY, of one polygon.
