@@ -4,7 +4,8 @@
 //! long, and those of paths follow each other from there.
 //!
 //! `cargo bench -p lightshed-bvh --bench rays -- [scene …]`: as `builders` does. The best of five
-//! turns, each of which goes through all trees.
+//! turns, each of which goes through all trees. `COUNT=1` measures no time and counts what rays
+//! test, boxes and triangles for each ray: these numbers are the same on any machine.
 
 mod cpu;
 mod scenes;
@@ -33,6 +34,65 @@ fn hit(ray: &Ray, [a, b, c]: &[Vec3; 3], t_max: f32) -> Option<f32> {
 fn nearest(tree: &Bvh, triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
     let found = tree.nearest(ray, |index, t_max| hit(ray, &triangles[index as usize], t_max));
     found.map(|(_, t)| t)
+}
+
+/// Boxes and triangles that a ray tests: what [`Bvh::nearest`] does, and counts.
+fn tested(tree: &Bvh, triangles: &[[Vec3; 3]], ray: &Ray) -> [u64; 2] {
+    let inverse = ray.direction.recip();
+    let enter = |node: usize, t_max: f32| {
+        let node = &tree.nodes()[node];
+        let (a, b) = (
+            (node.min - ray.origin) * inverse,
+            (node.max - ray.origin) * inverse,
+        );
+        let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element().min(t_max));
+        (near <= far * (1.0 + 4.0 * f32::EPSILON)).then_some(near)
+    };
+    let (mut boxes, mut tests, mut t_max) = (1, 0, ray.t_max);
+    let mut waiting = Vec::new();
+    waiting.extend(enter(0, t_max).map(|t| (0, t)));
+    while let Some((node, entered)) = waiting.pop() {
+        if entered > t_max {
+            continue;
+        }
+        let Some([low, high]) = tree.children(node) else {
+            tests += 1;
+            let triangle = tree.order()[tree.nodes()[node].first as usize];
+            t_max = hit(ray, &triangles[triangle as usize], t_max).unwrap_or(t_max);
+            continue;
+        };
+        boxes += 2;
+        let mut entered = [low, high].map(|child| enter(child, t_max).map(|t| (child, t)));
+        // The nearer one is searched first.
+        if let [Some((_, a)), Some((_, b))] = entered
+            && a <= b
+        {
+            entered.swap(0, 1);
+        }
+        waiting.extend(entered.into_iter().flatten());
+    }
+    [boxes, tests]
+}
+
+/// Prints what the rays of each kind test in each tree, and the sum beside the first tree's.
+fn count(names: &[(String, BuildOptions)], trees: &[Bvh], triangles: &[[Vec3; 3]], kinds: &[Vec<Ray>; 3]) {
+    let mut first = [0.0; 3];
+    for ((name, _), tree) in names.iter().zip(trees) {
+        print!("  {name:22}");
+        for (rays, first) in kinds.iter().zip(&mut first) {
+            let mut sum = [0; 2];
+            for ray in rays {
+                let tested = tested(tree, triangles, ray);
+                sum = [sum[0] + tested[0], sum[1] + tested[1]];
+            }
+            let [boxes, tests] = sum.map(|n| n as f64 / rays.len() as f64);
+            if *first == 0.0 {
+                *first = boxes + tests;
+            }
+            print!("  {boxes:7.2} + {tests:5.2} ({:.3})", (boxes + tests) / *first);
+        }
+        println!();
+    }
 }
 
 /// Primary rays, those of ambient occlusion, and those of paths.
@@ -93,6 +153,10 @@ fn main() {
             triangles.len(),
             kinds.each_ref().map(Vec::len)
         );
+        if std::env::var_os("COUNT").is_some() {
+            count(&names, &trees, &triangles, &kinds);
+            continue;
+        }
         let mut least = vec![[f64::INFINITY; 3]; trees.len()];
         for _ in 0..TURNS {
             for (tree, least) in trees.iter().zip(&mut least) {

@@ -35,7 +35,6 @@ pub struct Builder {
     items: Vec<BoxItem>,
     morton: Morton,
     ploc: ploc::Scratch,
-    subset: subset::Scratch,
 }
 
 impl Builder {
@@ -87,29 +86,25 @@ impl Builder {
 
     fn build<P: Primitive>(&mut self, source: &Source<P>, method: Method, tree: &mut Bvh) {
         let Self {
-            items,
-            morton,
-            ploc,
-            subset,
-            ..
+            items, morton, ploc, ..
         } = self;
         let lanes = LaneChoice::best();
         let cells: &mut [BoxItem] = bytemuck::cast_slice_mut(&mut tree.nodes);
         let order = &mut tree.order[..];
         match method {
             Method::Curve => {
-                morton.sort(source);
+                morton.sort(source, cells);
                 curve::build(source, morton, cells, order);
             }
             Method::Ploc { radius } => {
-                morton.sort(source);
+                morton.sort(source, cells);
                 morton.gather(source, items);
                 ploc.build(items, cells, order, 0, radius as usize);
             }
             Method::Subset(options) => {
-                morton.sort(source);
+                morton.sort(source, cells);
                 morton.gather(source, items);
-                subset::build(items, cells, order, &options, subset);
+                subset::build(items, cells, order, &options);
             }
             Method::Binned | Method::Agglomerative => {
                 source.collect(items);

@@ -2,7 +2,8 @@
 //!
 //! What [`Method::Subset`](crate::Method::Subset) does for boxes (Dittebrandt 2025 ch. 8), without
 //! lanes: a subset of the items along a curve is divided into clusters by bins; every other item
-//! goes into one of the clusters around it on the curve, where
+//! follows the planes between the parts of the subset ([`Insertion::Planes`]), or goes into one of
+//! the clusters around it on the curve, where
 //!
 //! > `C(N_l ∪ p) − C(N_l) + Σ_{N_p} (M(N_p ∪ p) − M(N_p))`
 //!
@@ -10,10 +11,12 @@
 //! that of a group with the same box and orientations but the weight of one item on average; from
 //! there on clusters are divided by bins.
 
+use crate::item::BoxItem;
 use crate::linked::count_below;
 use crate::node::Node;
 use crate::split::{Binned, Extent, SplitGroup, SplitItem, SplitSource, split_tree};
-use crate::subset::{Sampling, SubsetOptions, sample};
+use crate::subset::planes::{self, Plane};
+use crate::subset::{Insertion, Sampling, SubsetOptions, sample};
 use crate::tree::children;
 use lightshed_sampling::CounterRng;
 use lightshed_sampling::parallel::for_each_chunk;
@@ -61,11 +64,17 @@ impl<E: Extent> Clusters<E> {
             weight * weight
         };
         let places = sample(count, weight, &sampling);
-        let (mut upper, cluster_of) = Self::of_subset(items, &places, subset.cluster.max(1));
+        let by_planes = subset.insertion == Insertion::Planes;
+        let (mut upper, cluster_of, planes) =
+            Self::of_subset(items, &places, subset.cluster.max(1), by_planes);
         let mean = E::of(items).weight() / count as f64;
         let mut choices = vec![NONE; count];
         let window = subset.window.max(1) as usize;
         for_each_chunk(&mut choices, CHUNK, |start, choices| {
+            if by_planes {
+                let items = &items[start..start + choices.len()];
+                return planes::lead(&planes, items, |item| item.doubled_center().extend(0.0), choices);
+            }
             let mut next = places.partition_point(|&place| (place as usize) < start);
             for (i, choice) in choices.iter_mut().enumerate() {
                 if places.get(next) == Some(&((start + i) as u32)) {
@@ -82,9 +91,14 @@ impl<E: Extent> Clusters<E> {
         upper
     }
 
-    /// The tree of the subset down to its clusters, and the cluster of each of its items along the
-    /// curve.
-    fn of_subset(items: &[E::Item], places: &[u32], most: u32) -> (Self, Vec<u32>) {
+    /// The tree of the subset down to its clusters, the cluster of each of its items along the
+    /// curve, and, if asked for, the planes between its nodes: a node that has none is a cluster.
+    fn of_subset(
+        items: &[E::Item],
+        places: &[u32],
+        most: u32,
+        by_planes: bool,
+    ) -> (Self, Vec<u32>, Vec<Plane>) {
         let mut members: Vec<E::Item> = places.iter().map(|&place| items[place as usize]).collect();
         // Which of the subset an item is, by its index.
         let highest = members.iter().map(|item| item.index()).max().unwrap_or(0);
@@ -107,11 +121,21 @@ impl<E: Extent> Clusters<E> {
             starts: Vec::new(),
         };
         let mut cluster_of = vec![0; count];
+        let separating = if by_planes {
+            planes::separating(&tree.nodes, &mut vec![BoxItem::EMPTY; tree.nodes.len()])
+        } else {
+            Vec::new()
+        };
+        let mut planes = Vec::new();
         let mut index = 0;
         while index < tree.nodes.len() {
             let node = tree.nodes[index];
             let number = upper.leaves.len() as u32;
-            let is_cluster = node.count <= most;
+            let plane = separating.get(index).copied().flatten();
+            let is_cluster = node.count <= most || by_planes && plane.is_none();
+            if by_planes {
+                planes.push(plane.filter(|_| !is_cluster).unwrap_or(Plane::cluster(number)));
+            }
             let range = node.first as usize..(node.first + node.count) as usize;
             let mut extent = E::EMPTY;
             if is_cluster {
@@ -135,12 +159,16 @@ impl<E: Extent> Clusters<E> {
         count_below(&mut upper.nodes);
         upper.parents = vec![NONE; upper.nodes.len()];
         for index in 0..upper.nodes.len() {
-            for child in children(&upper.nodes, index).into_iter().flatten() {
-                upper.parents[child] = index as u32;
+            let Some([low, high]) = children(&upper.nodes, index) else {
+                continue;
+            };
+            (upper.parents[low], upper.parents[high]) = (index as u32, index as u32);
+            if let Some(plane) = planes.get_mut(index) {
+                *plane = plane.between(low as u32, high as u32);
             }
         }
         upper.join_extents();
-        (upper, cluster_of)
+        (upper, cluster_of, planes)
     }
 
     /// Extents of inner nodes from those of clusters.
@@ -297,9 +325,9 @@ mod tests {
             let binned = split_tree::<AreaExtent>(source, 0, count as usize);
             binned.check(&boxes).unwrap();
             let faults: &[()] = if count > 100 { &[()] } else { &[] };
-            check_faults(faults, |fault| {
+            let check = |options: &SubsetOptions, fault: Option<()>| {
                 let mut items = items.clone();
-                let clusters: Clusters<AreaExtent> = Clusters::new(&mut items, &SubsetOptions::windowed());
+                let clusters: Clusters<AreaExtent> = Clusters::new(&mut items, options);
                 if fault.is_some() {
                     items.rotate_left(count as usize / 3);
                 }
@@ -323,8 +351,11 @@ mod tests {
                     return Err(format!("{cost}, but {of_bins} by bins"));
                 }
                 Ok(())
-            })
-            .unwrap_or_else(|e| panic!("{count}: {e}"));
+            };
+            for options in [SubsetOptions::default(), SubsetOptions::windowed()] {
+                check_faults(faults, |fault| check(&options, fault))
+                    .unwrap_or_else(|e| panic!("{count}, {options:?}: {e}"));
+            }
         }
     }
 }

@@ -23,23 +23,32 @@ const APART: usize = 1 << 14;
 const DIGIT: u32 = 8;
 const FIRST_DIGIT: u32 = 11;
 
+/// Cells along the longest side: 21 bits a coordinate; a little less, so that the end is in.
+const CELLS: f32 = 2_097_151.0;
+/// Bits of a sum with 2²³ are those of the nearest integer.
+const ROUND: f32 = 8_388_608.0;
+
 /// Codes and indices of items, in order. Kept for its memory, too.
 #[derive(Clone, Debug, Default)]
 pub struct Morton {
     words: Vec<u64>,
-    spare: Vec<u64>,
     index_bits: u32,
 }
 
 impl Morton {
-    /// Sorts items along the curve through a cube around their centres.
-    pub fn sort<P: Primitive>(&mut self, source: &Source<P>) {
+    /// Sorts items along the curve through a cube around their centres. Cells, of which there are
+    /// as many as items or more, are room for the sort.
+    pub fn sort<P: Primitive>(&mut self, source: &Source<P>, cells: &mut [BoxItem]) {
         let count = source.len();
         self.index_bits = count.max(2).next_power_of_two().trailing_zeros();
         self.words.resize(count, 0);
-        self.spare.resize(count, 0);
         encode(source, &mut self.words, self.index_bits);
-        sort(&mut self.words, &mut self.spare, 64, false);
+        sort(
+            &mut self.words,
+            &mut bytemuck::cast_slice_mut(cells)[..count],
+            64,
+            false,
+        );
     }
 
     /// Index of the item at `place`; the last one's beyond.
@@ -75,14 +84,12 @@ impl Morton {
 fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) {
     let (min, max) = source.centers;
     let extent = (max - min).truncate().max_element();
-    // 21 bits a coordinate; a little less, so that the end is in.
-    let scale = if extent > 0.0 { 2_097_151.0 / extent } else { 0.0 };
+    let scale = if extent > 0.0 { CELLS / extent } else { 0.0 };
     let scale = if scale.is_finite() { scale } else { 0.0 };
     for_each_chunk(words, CHUNK, |start, words| {
         for (i, word) in words.iter_mut().enumerate() {
             let cell = (source.item(start + i).doubled_center() - min) * scale;
-            // Bits of a sum with 2²³ are those of the nearest integer.
-            let cell = (cell + 8_388_608.0).to_array().map(|c| c.to_bits() & 0x1f_ffff);
+            let cell = (cell + ROUND).to_array().map(|c| c.to_bits() & 0x1f_ffff);
             let code = morton63_encode([cell[0], cell[1], cell[2]]);
             *word = code << 1 >> index_bits << index_bits | (start + i) as u64;
         }

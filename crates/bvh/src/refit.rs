@@ -3,6 +3,7 @@
 use crate::error::BuildError;
 use crate::primitive::Primitive;
 use crate::tree::Bvh;
+use glam::Vec3;
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// What a refit did to a tree.
@@ -58,7 +59,8 @@ impl Bvh {
         for_each_chunk(&mut self.nodes, 1 << 14, |_, nodes| {
             for node in nodes.iter_mut().filter(|node| node.is_leaf()) {
                 let bounds = primitives[order[node.first as usize] as usize].bounds();
-                (node.min, node.max) = (bounds.min, bounds.max);
+                // Zeros become positive, as builds make them.
+                (node.min, node.max) = (bounds.min + Vec3::ZERO, bounds.max + Vec3::ZERO);
             }
         });
         for index in (0..self.nodes.len()).rev() {

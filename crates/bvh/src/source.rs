@@ -165,13 +165,23 @@ impl<'a, P: Primitive> Source<'a, P> {
 fn factor(all: &BoxItem) -> f64 {
     let farthest = f64::from(all.min().abs().max(all.max().abs()).max_element());
     let extent = (all.max().as_dvec3() - all.min().as_dvec3()).max_element();
-    let most = (f64::from(LARGEST) / farthest).log2().floor();
+    let most = exponent(f64::from(LARGEST) / farthest);
     if farthest > f64::from(LARGEST) {
-        return most.exp2();
+        return power_of_two(most);
     }
     if extent > 0.0 && extent < f64::from(SMALLEST) {
         // Not so much that what is far away overflows.
-        return (1.0 / extent).log2().floor().min(most).exp2();
+        return power_of_two(exponent(1.0 / extent).min(most));
     }
     1.0
+}
+
+/// Of a positive normal number: the exponent of the greatest power of two that is not greater.
+fn exponent(number: f64) -> i64 {
+    (number.to_bits() >> 52) as i64 - 1023
+}
+
+/// Two to a power of which `f64` has a normal number.
+fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
 }

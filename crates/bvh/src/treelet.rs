@@ -6,8 +6,9 @@
 use crate::item::BoxItem;
 use lightshed_lanes::{LANES, LaneMask, Lanes};
 
-/// Most primitives of one.
-pub const MOST: usize = LANES;
+/// Most primitives of one: one in each lane. Shaders have the same number.
+pub const MOST: usize = 8;
+const _: () = assert!(MOST == LANES);
 
 /// Inner nodes and leaves of a tree while it is made.
 const NODES: usize = 2 * MOST;
@@ -88,8 +89,9 @@ pub fn build<L: Lanes>(
     let mut parts = [[0u8; 2]; NODES];
     let mut sizes = [1u8; NODES];
     for joined in count..2 * count - 1 {
+        // Loops over all lanes, whether there are groups or not, need no branches.
         let mut least = costs[0];
-        for i in 1..count {
+        for i in 1..MOST {
             least = costs[i].min(least);
         }
         let value = least.least_of(active);
@@ -111,29 +113,119 @@ pub fn build<L: Lanes>(
         let others = L::Mask::from_bits(active & !(1 << low));
         let own = boxes.areas_with(&union).select(others, infinity);
         let own_values = own.store();
-        for i in 0..count {
+        for i in 0..MOST {
             let row = L::splat(own_values[i]).select(low_mask, costs[i]);
             costs[i] = infinity.select(high_mask, row);
         }
         costs[low] = own;
         costs[high] = infinity;
     }
-    // Depth first.
-    let mut waiting = [0u8; NODES];
-    waiting[0] = (2 * count - 2) as u8;
-    let (mut left, mut cell, mut leaf) = (1, 0, 0);
-    while left > 0 {
-        left -= 1;
-        let group = waiting[left & 15] as usize & 15;
-        cells[cell] = groups[group].cell(first + leaf as u32, u32::from(sizes[group]));
-        cell += 1;
-        if group < count {
-            order[leaf] = groups[group].index();
-            leaf += 1;
-        } else {
-            waiting[left & 15] = parts[group][1];
-            waiting[(left + 1) & 15] = parts[group][0];
-            left += 2;
+    // Depth first: from each node on, which joined last, to both of its parts. No branch depends on
+    // the shape of the tree, because that is as good as random.
+    let mut cell_of = [0u8; NODES];
+    let mut leaf_of = [0u8; NODES];
+    for node in count..2 * count - 1 {
+        let node = (3 * count - 2 - node) & 15;
+        let [low, high] = parts[node].map(|part| part as usize & 15);
+        let (cell, leaf, size) = (cell_of[node], leaf_of[node], sizes[low]);
+        (cell_of[low], leaf_of[low]) = (cell + 1, leaf);
+        (cell_of[high], leaf_of[high]) = (cell + 2 * size, leaf + size);
+    }
+    for node in 0..2 * count - 1 {
+        let node = node & 15;
+        cells[cell_of[node] as usize] =
+            groups[node].cell(first + u32::from(leaf_of[node]), u32::from(sizes[node]));
+    }
+    for i in 0..count {
+        order[leaf_of[i & 15] as usize] = groups[i & 15].index();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use lightshed_lanes::{LaneChoice, LaneKernel};
+    use lightshed_sampling::CounterRng;
+    use lightshed_spatial::Bounds;
+
+    struct Build<'a>(&'a [BoxItem; MOST], usize);
+
+    impl LaneKernel for Build<'_> {
+        type Output = (Vec<[u32; 8]>, Vec<u32>);
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            let mut cells = vec![BoxItem::EMPTY; 2 * self.1 - 1];
+            let mut order = vec![0; self.1];
+            build::<L>(self.0, self.1, &mut cells, &mut order, 100);
+            (cells.into_iter().map(bytemuck::cast).collect(), order)
         }
+    }
+
+    /// A group with its nodes in depth-first order, as boxes and numbers of items, and its items.
+    type Group = (BoxItem, Vec<(BoxItem, u32)>, Vec<u32>);
+
+    /// The definition: the first of the cheapest pairs is joined.
+    fn join_all(items: &[BoxItem], ties_last: bool) -> Group {
+        let single = |item: &BoxItem| (*item, vec![(*item, 1)], vec![item.index()]);
+        let mut groups: Vec<Group> = items.iter().map(single).collect();
+        while groups.len() > 1 {
+            let mut best: Option<(f32, usize, usize)> = None;
+            for i in 0..groups.len() {
+                for j in i + 1..groups.len() {
+                    let area = groups[i].0.union(&groups[j].0).half_area();
+                    let is_less = best.is_none_or(|(least, ..)| area < least || ties_last && area == least);
+                    best = if is_less { Some((area, i, j)) } else { best };
+                }
+            }
+            let (_, i, j) = best.unwrap();
+            let (high, high_nodes, high_order) = groups.remove(j);
+            let (low, low_nodes, low_order) = &groups[i];
+            let all = low.union(&high);
+            let root = (all, (low_order.len() + high_order.len()) as u32);
+            groups[i] = (
+                all,
+                [&[root], &low_nodes[..], &high_nodes].concat(),
+                [&low_order[..], &high_order].concat(),
+            );
+        }
+        groups.remove(0)
+    }
+
+    /// Trees are those of the definition, whatever the lanes, with equal costs among them: another
+    /// choice between equal ones would be noticed.
+    #[test]
+    fn cheapest_pairs_are_joined() {
+        let mut noticed = 0;
+        for seed in 0..3000 {
+            let count = 1 + seed as usize % MOST;
+            let mut items = [BoxItem::EMPTY; MOST];
+            for (index, item) in (0u32..).zip(&mut items[..count]) {
+                let mut rng = CounterRng::new(seed, index, 0);
+                let mut at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                let mut size = Vec3::splat(rng.next_f32() * 0.2);
+                // Points on a lattice have many equal costs.
+                if seed % 3 == 0 {
+                    (at, size) = ((at * 3.0).round(), Vec3::ZERO);
+                }
+                *item = BoxItem::new(&Bounds::new(at, at + size), 7 * index);
+            }
+            let of = |ties_last| {
+                let (_, nodes, order) = join_all(&items[..count], ties_last);
+                let mut leaf = 100;
+                let cell = |(item, count): (BoxItem, u32)| -> [u32; 8] {
+                    let first = leaf;
+                    leaf += u32::from(count == 1);
+                    bytemuck::cast(item.cell(first, count))
+                };
+                (nodes.into_iter().map(cell).collect::<Vec<_>>(), order)
+            };
+            let expected = of(false);
+            noticed += u32::from(of(true) != expected);
+            for lanes in [LaneChoice::best(), LaneChoice::ARRAY] {
+                assert!(lanes.run(Build(&items, count)) == expected, "{seed}");
+            }
+        }
+        assert!(noticed > 300, "{noticed}");
     }
 }

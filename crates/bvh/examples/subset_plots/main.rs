@@ -3,8 +3,11 @@
 //! - `speed_up.svg` (fig. 8.5): the model's speed-up over the number of primitives, and the
 //!   measured one beside binned builds;
 //! - `fractions.svg` (fig. 8.7): the cost of 50 seeds for fractions from 5 to 95 per cent, beside
-//!   the binned tree's;
-//! - `levels.svg` (fig. 8.8): how many primitives each level touches, from a subset and without.
+//!   the binned tree's, for both ways of insertion;
+//! - `levels.svg` and `throughput.svg` (fig. 8.8): how many primitives each level touches, from a
+//!   subset and without, and how many a second.
+//!
+//! Times are processor times where the system has a clock for them.
 //!
 //! `cargo run --release -p lightshed-bvh --example subset_plots -- FOLDER [THOUSANDS]`
 
@@ -12,11 +15,10 @@ mod levels;
 mod plot;
 
 use lightshed_bvh::glam::Vec3;
-use lightshed_bvh::{BuildError, BuildOptions, Builder, Bvh, Method, SubsetOptions};
+use lightshed_bvh::{BuildError, BuildOptions, Builder, Bvh, Insertion, Method, SubsetOptions};
 use lightshed_sampling::CounterRng;
 use plot::{Line, Plot};
 use std::path::Path;
-use std::time::Instant;
 
 /// Small triangles in heaps, and a few large ones.
 fn triangles(count: usize) -> Vec<[Vec3; 3]> {
@@ -32,25 +34,38 @@ fn triangles(count: usize) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
-fn subset(fraction: f32, seed: u64) -> BuildOptions {
-    Method::Subset(SubsetOptions {
-        fraction,
-        seed,
-        ..SubsetOptions::default()
-    })
-    .into()
+/// Processor time of this process so far, in seconds.
+#[cfg(unix)]
+fn seconds_so_far() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Least seconds of a few builds in memory that is there, and the tree.
+#[cfg(not(unix))]
+fn seconds_so_far() -> f64 {
+    static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
+    START.elapsed().as_secs_f64()
+}
+
+/// Least seconds of several runs: at least so many, and small ones for a third of a second.
+fn least_seconds(times: usize, mut run: impl FnMut() -> Result<(), BuildError>) -> Result<f64, BuildError> {
+    let (mut best, mut total, mut runs) = (f64::INFINITY, 0.0, 0);
+    while runs < times || total < 0.3 {
+        let start = seconds_so_far();
+        run()?;
+        let seconds = seconds_so_far() - start;
+        best = best.min(seconds);
+        total += seconds;
+        runs += 1;
+    }
+    Ok(best)
+}
+
+/// Least seconds of builds in memory that is there, and the tree.
 fn build(triangles: &[[Vec3; 3]], options: BuildOptions, times: usize) -> Result<(f64, Bvh), BuildError> {
     let (mut builder, mut tree) = (Builder::new(options)?, Bvh::default());
-    let mut best = f64::INFINITY;
-    for _ in 0..times {
-        let start = Instant::now();
-        builder.rebuild(triangles, &mut tree)?;
-        best = best.min(start.elapsed().as_secs_f64());
-    }
-    Ok((best, tree))
+    let seconds = least_seconds(times, || builder.rebuild(triangles, &mut tree))?;
+    Ok((seconds, tree))
 }
 
 /// `n log n / (m log m + n log (n / m) + α n log m)`.
@@ -67,7 +82,7 @@ fn speed_up(folder: &Path, most: usize) -> Result<(), Box<dyn std::error::Error>
     for &size in &sizes {
         let triangles = triangles(size);
         let (binned, _) = build(&triangles, Method::Binned.into(), 4)?;
-        let (ours, _) = build(&triangles, subset(fraction, 0), 4)?;
+        let (ours, _) = build(&triangles, Method::Subset(SubsetOptions::default()).into(), 4)?;
         println!("{size} triangles: {:.2} times as fast", binned / ours);
         measured.push([size as f64, binned / ours]);
     }
@@ -88,38 +103,51 @@ fn speed_up(folder: &Path, most: usize) -> Result<(), Box<dyn std::error::Error>
     Ok(std::fs::write(folder.join("speed_up.svg"), plot.svg())?)
 }
 
-fn fractions(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::error::Error>> {
+/// Costs of 50 seeds, from the least to the greatest, as shares of `reference`.
+fn costs(triangles: &[[Vec3; 3]], options: SubsetOptions, reference: f64) -> Result<Vec<f64>, BuildError> {
     const SEEDS: u64 = 50;
-    let (_, binned) = build(triangles, Method::Binned.into(), 1)?;
-    let reference = binned.sah_cost(1.0, 1.0);
-    let (mut least, mut mean, mut most) = (Vec::new(), Vec::new(), Vec::new());
-    for percent in (5..100).step_by(10) {
-        let mut costs = Vec::new();
-        for seed in 0..SEEDS {
-            let (_, tree) = build(triangles, subset(percent as f32 / 100.0, seed), 1)?;
-            costs.push(tree.sah_cost(1.0, 1.0) / reference);
+    let mut costs = Vec::new();
+    for seed in 0..SEEDS {
+        let tree = Bvh::build(triangles, Method::Subset(SubsetOptions { seed, ..options }))?;
+        costs.push(tree.sah_cost(1.0, 1.0) / reference);
+    }
+    costs.sort_by(f64::total_cmp);
+    Ok(costs)
+}
+
+fn fractions(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::error::Error>> {
+    let reference = Bvh::build(triangles, Method::Binned)?.sah_cost(1.0, 1.0);
+    let mut lines = Vec::new();
+    for (name, insertion) in [("planes", Insertion::Planes), ("windows", Insertion::Window)] {
+        let [mut least, mut mean, mut most] = [const { Vec::new() }; 3];
+        for percent in (5..100).step_by(10) {
+            let options = SubsetOptions {
+                fraction: percent as f32 / 100.0,
+                insertion,
+                sweep: 0,
+                ..SubsetOptions::default()
+            };
+            let costs = costs(triangles, options, reference)?;
+            let average = costs.iter().sum::<f64>() / costs.len() as f64;
+            let (low, high) = (costs[0], costs[costs.len() - 1]);
+            println!(
+                "{name}, {percent} %: cost {average:.4} of the binned tree's, from {low:.4} to {high:.4}"
+            );
+            let x = f64::from(percent);
+            least.push([x, low]);
+            mean.push([x, average]);
+            most.push([x, high]);
         }
-        costs.sort_by(f64::total_cmp);
-        let average = costs.iter().sum::<f64>() / SEEDS as f64;
-        println!(
-            "{percent} %: cost {average:.4} of the binned tree's, from {:.4} to {:.4}",
-            costs[0], costs[49]
-        );
-        let x = f64::from(percent);
-        least.push([x, costs[0]]);
-        mean.push([x, average]);
-        most.push([x, costs[costs.len() - 1]]);
+        lines.push(Line::new(format!("by {name}, greatest"), most));
+        lines.push(Line::new(format!("by {name}, mean"), mean));
+        lines.push(Line::new(format!("by {name}, least"), least));
     }
     let plot = Plot {
         title: "Cost of trees from subsets, 50 seeds each",
         x: "primitives in the subset, %",
         y: "cost, of the binned tree's",
         logarithmic: false,
-        lines: vec![
-            Line::new("greatest", most),
-            Line::new("mean", mean),
-            Line::new("least", least),
-        ],
+        lines,
     };
     Ok(std::fs::write(folder.join("fractions.svg"), plot.svg())?)
 }
@@ -132,7 +160,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let most = thousands * 1000;
     speed_up(folder, most)?;
-    let triangles = triangles(most / 10);
-    fractions(folder, &triangles)?;
-    levels::draw(folder, &triangles)
+    fractions(folder, &triangles(most / 10))?;
+    levels::draw(folder, &triangles(most))
 }

@@ -44,9 +44,11 @@ impl Plot {
         };
         let (left, right) = range(&|p| scale(p[0]));
         let (low, high) = range(&|p| p[1]);
+        // Above the lines is room for their names.
+        let names = 16.0 * self.lines.len() as f64 / (HEIGHT - 2.0 * MARGIN);
         let (low, high) = (
             low - 0.05 * (high - low).max(1e-9),
-            high + 0.05 * (high - low).max(1e-9),
+            high + (0.05 + names / (1.0 - names)) * (high - low).max(1e-9),
         );
         let x_of = |x: f64| MARGIN + (scale(x) - left) / (right - left).max(1e-9) * (WIDTH - 2.0 * MARGIN);
         let y_of = |y: f64| HEIGHT - MARGIN - (y - low) / (high - low) * (HEIGHT - 2.0 * MARGIN);

@@ -11,7 +11,8 @@ use lightshed_spatial::Bounds;
 pub fn subset_of(boxes: &[Bounds], options: &SubsetOptions) -> (Vec<BoxItem>, Vec<u32>, Subset) {
     let source = Source::new(boxes).unwrap();
     let (mut morton, mut sorted) = (Morton::default(), Vec::new());
-    morton.sort(&source);
+    let mut cells = vec![BoxItem::EMPTY; 5 * boxes.len()];
+    morton.sort(&source, &mut cells);
     morton.gather(&source, &mut sorted);
     let sampling = Sampling {
         fraction: 0.2,
@@ -19,6 +20,12 @@ pub fn subset_of(boxes: &[Bounds], options: &SubsetOptions) -> (Vec<BoxItem>, Ve
         offset: 0.3,
     };
     let places = sample(sorted.len(), |i| sorted[i].diagonal_squared(), &sampling);
-    let subset = Subset::build(LaneChoice::best(), &sorted, &places, options);
+    let subset = Subset::build(
+        LaneChoice::best(),
+        &sorted,
+        &places,
+        options,
+        (&mut cells, &mut vec![0; boxes.len()]),
+    );
     (sorted, places, subset)
 }

@@ -14,7 +14,7 @@ mod clamp;
 #[cfg(test)]
 mod fixture;
 mod insert;
-mod planes;
+pub mod planes;
 mod sample;
 
 pub use clamp::{WeightHistogram, stratum_beside_uniform};
@@ -142,22 +142,9 @@ pub fn is_shallow(count: usize, options: &SubsetOptions) -> bool {
     options.interior == Interior::Binned && most <= MAX_DEPTH as u32
 }
 
-/// Memory that is kept from one build to the next.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    /// Squared weights, and then the choices.
-    words: Vec<u32>,
-}
-
 /// Builds the tree over items that are sorted along a curve, at least one: `2n − 1` cells and `n`
 /// indices.
-pub fn build(
-    sorted: &mut [BoxItem],
-    cells: &mut [BoxItem],
-    order: &mut [u32],
-    options: &SubsetOptions,
-    scratch: &mut Scratch,
-) {
+pub fn build(sorted: &mut [BoxItem], cells: &mut [BoxItem], order: &mut [u32], options: &SubsetOptions) {
     let count = sorted.len();
     let sampling = Sampling {
         fraction: f64::from(options.fraction),
@@ -165,25 +152,24 @@ pub fn build(
         offset: f64::from(CounterRng::new(options.seed, 0, 0).next_f32()),
     };
     let items = &*sorted;
-    let Scratch { words } = scratch;
-    words.resize(count, 0);
-    for_each_chunk(words, CHUNK, |start, words| {
+    // The tree's memory has room for all that is needed on the way: squared weights and then
+    // choices lie where the order of the leaves will be.
+    for_each_chunk(order, CHUNK, |start, words| {
         for (word, item) in words.iter_mut().zip(&items[start..]) {
             *word = item.diagonal_squared().to_bits();
         }
     });
-    let places = sample(count, |i| f32::from_bits(words[i]), &sampling);
+    let places = sample(count, |i| f32::from_bits(order[i]), &sampling);
     let lanes = LaneChoice::best();
-    let subset = Subset::build(lanes, sorted, &places, options);
+    let subset = Subset::build(lanes, sorted, &places, options, (&mut *cells, &mut *order));
     let clusters = match options.insertion {
         Insertion::Planes => None,
         Insertion::Window => Some(Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts)),
     };
-    let choices = words;
-    for_each_chunk(choices, CHUNK, |start, choices| {
+    for_each_chunk(order, CHUNK, |start, choices| {
         let items = &items[start..start + choices.len()];
         let Some(clusters) = &clusters else {
-            return planes::lead(&subset.planes, items, choices);
+            return planes::lead(&subset.planes, items, BoxItem::doubled_center, choices);
         };
         lanes.run(Insert {
             items,
@@ -195,8 +181,8 @@ pub fn build(
             choices,
         });
     });
-    let upper = Upper::new(subset.nodes, choices, subset.counts.len(), options);
-    upper.scatter(sorted, choices, cells);
+    let upper = Upper::new(subset.nodes, order, subset.counts.len(), options);
+    upper.scatter(sorted, order, cells);
     upper.build(lanes, 0, (sorted, cells, order), 0);
 }
 
@@ -213,21 +199,36 @@ struct Subset {
 }
 
 impl Subset {
-    fn build(lanes: LaneChoice, sorted: &[BoxItem], places: &[u32], options: &SubsetOptions) -> Self {
+    /// In the memory of the whole tree, which is overwritten.
+    fn build(
+        lanes: LaneChoice,
+        sorted: &[BoxItem],
+        places: &[u32],
+        options: &SubsetOptions,
+        (room, order): (&mut [BoxItem], &mut [u32]),
+    ) -> Self {
         let count = places.len();
-        let mut items = vec![BoxItem::EMPTY; count];
-        for_each_chunk(&mut items, CHUNK, |start, items| {
+        // Items, cells and centres below the cells.
+        let mut own = Vec::new();
+        let room = if room.len() < 5 * count {
+            own.resize(5 * count, BoxItem::EMPTY);
+            &mut own[..]
+        } else {
+            room
+        };
+        let (items, room) = room.split_at_mut(count);
+        let (cells, room) = room.split_at_mut(2 * count - 1);
+        let order = &mut order[..count];
+        for_each_chunk(items, CHUNK, |start, items| {
             for (index, item) in (start..).zip(items) {
                 *item = sorted[places[index] as usize].with_index(index as u32);
             }
         });
-        let mut cells = vec![BoxItem::EMPTY; 2 * count - 1];
-        let mut order = vec![0; count];
         let group = Group {
-            items: &mut items,
-            cells: &mut cells,
+            items,
+            cells,
             in_cells: false,
-            order: &mut order,
+            order,
             first: 0,
             depth: 0,
             sweep: 0,
@@ -238,7 +239,7 @@ impl Subset {
         let mut counts = Vec::new();
         let by_planes = options.insertion == Insertion::Planes;
         let separating = if by_planes {
-            planes::separating(bytemuck::cast_slice(&cells))
+            planes::separating(bytemuck::cast_slice(cells), room)
         } else {
             Vec::new()
         };

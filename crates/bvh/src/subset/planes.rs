@@ -80,33 +80,34 @@ impl Plane {
     }
 }
 
-/// The plane of each node of a tree in depth-first order that has one.
-pub fn separating(nodes: &[Node]) -> Vec<Option<Plane>> {
-    let mut centers = vec![NO_CENTERS; nodes.len()];
+/// The plane of each node of a tree in depth-first order that has one. In `centers`, which has as
+/// many places as there are nodes, the centres below each are remembered.
+pub fn separating(nodes: &[Node], centers: &mut [BoxItem]) -> Vec<Option<Plane>> {
+    // As rows of two corners.
+    let centers: &mut [[Vec4; 2]] = bytemuck::cast_slice_mut(centers);
     let mut planes = vec![None; nodes.len()];
     for index in (0..nodes.len()).rev() {
         centers[index] = match children(nodes, index) {
             Some([first, second]) => {
-                planes[index] = Plane::separating(&centers[first], &centers[second]);
-                around(centers[first], centers[second])
+                let ([a, b], [c, d]) = (centers[first], centers[second]);
+                planes[index] = Plane::separating(&(a, b), &(c, d));
+                around((a, b), (c, d)).into()
             }
-            None => {
-                let center = BoxItem::new(&nodes[index].bounds(), 0).doubled_center();
-                (center, center)
-            }
+            None => [BoxItem::new(&nodes[index].bounds(), 0).doubled_center(); 2],
         };
     }
     planes
 }
 
-/// Leads items from the root to clusters.
-pub fn lead(planes: &[Plane], items: &[BoxItem], choices: &mut [u32]) {
+/// Leads items from the root to clusters, by their doubled centres; the fourth coordinate means
+/// nothing.
+pub fn lead<I>(planes: &[Plane], items: &[I], center: impl Fn(&I) -> Vec4, choices: &mut [u32]) {
     for (items, choices) in items.chunks(BLOCK).zip(choices.chunks_mut(BLOCK)) {
         let mut of_parts = [NO_CENTERS; BLOCK / PART];
         let mut all = NO_CENTERS;
         for (part, items) in of_parts.iter_mut().zip(items.chunks(PART)) {
             for item in items {
-                let center = item.doubled_center();
+                let center = center(item);
                 *part = around(*part, (center, center));
             }
             all = around(all, *part);
@@ -116,7 +117,7 @@ pub fn lead(planes: &[Plane], items: &[BoxItem], choices: &mut [u32]) {
         for ((items, choices), part) in parts.zip(&of_parts) {
             let from = lead_all(planes, from, part);
             for (item, choice) in items.iter().zip(choices) {
-                *choice = lead_one(planes, from, item);
+                *choice = lead_one(planes, from, center(item));
             }
         }
     }
@@ -140,8 +141,8 @@ fn lead_all(planes: &[Plane], mut node: u32, centers: &Centers) -> u32 {
 
 /// The cluster to which an item leads from `node` on.
 #[inline(always)]
-fn lead_one(planes: &[Plane], mut node: u32, item: &BoxItem) -> u32 {
-    let center = item.doubled_center().to_array();
+fn lead_one(planes: &[Plane], mut node: u32, center: Vec4) -> u32 {
+    let center = center.to_array();
     loop {
         let plane = &planes[node as usize];
         if plane.axis == CLUSTER {
@@ -199,10 +200,10 @@ mod tests {
                 match fault {
                     Some(Fault::First) => {
                         for (items, choices) in sorted.chunks(BLOCK).zip(choices.chunks_mut(BLOCK)) {
-                            choices.fill(lead_one(&planes, 0, &items[0]));
+                            choices.fill(lead_one(&planes, 0, items[0].doubled_center()));
                         }
                     }
-                    _ => lead(&planes, &sorted, &mut choices),
+                    _ => lead(&planes, &sorted, BoxItem::doubled_center, &mut choices),
                 }
                 for (&place, &own) in places.iter().zip(&subset.cluster_of) {
                     if choices[place as usize] != own {
@@ -210,7 +211,7 @@ mod tests {
                     }
                 }
                 for (place, item) in sorted.iter().enumerate() {
-                    if choices[place] != lead_one(&planes, 0, item) {
+                    if choices[place] != lead_one(&planes, 0, item.doubled_center()) {
                         return Err(format!("{place}"));
                     }
                 }

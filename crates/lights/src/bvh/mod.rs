@@ -66,8 +66,8 @@ pub enum BvhBuild {
     /// Lights are sorted along Hilbert's curve once, and groups are divided between any neighbours
     /// on it: for moving lights. Several times faster, with nodes nearly as good.
     AlongCurve,
-    /// Upper levels from a tenth of the lights, drawn by their intensity along Morton's curve, the
-    /// rest by bins (Dittebrandt 2025 ch. 8): for many lights.
+    /// Upper levels from a twentieth of the lights, drawn by their intensity along Morton's curve,
+    /// the rest by bins (Dittebrandt 2025 ch. 8): for many lights.
     Stochastic,
     /// From the bottom up: two groups that are each other's cheapest partners are joined, until one
     /// is left. On one thread, and tens of times slower: a reference for the others.
@@ -142,7 +142,7 @@ impl LightBvh {
             BvhBuild::Stochastic => {
                 order.encode(lights, |light| light.bounds, Curve::Morton);
                 collect_items(lights, Some(order.sort()), items);
-                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::windowed());
+                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::default());
                 let count = items.len();
                 let source = Clustered {
                     items,
