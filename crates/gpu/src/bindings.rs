@@ -203,6 +203,23 @@ bindings!(
 );
 
 bindings!(
+    /// Of building a tree over boxes.
+    BvhBuildBindings, 0, 0,
+    settings: Read,
+    bounds: Read,
+    parts: Write,
+    frame: Write,
+    codes: Write,
+    indices: Write,
+    ranges: Write,
+    parents: Write,
+    nodes: Write,
+    order: Write,
+    pyramid: Write,
+    level_below: Read,
+);
+
+bindings!(
     /// Of building a lighting grid hierarchy.
     GridBuildBindings, 0, 0,
     settings: Read,

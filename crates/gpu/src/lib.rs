@@ -5,6 +5,7 @@
 
 mod bindings;
 mod buffer;
+mod bvh;
 mod compile;
 mod device;
 mod direct;
@@ -34,6 +35,7 @@ mod vpl_grid;
 mod work;
 
 pub use buffer::{Access, Buffer};
+pub use bvh::{BvhBuilder, GpuBvh};
 pub use device::Gpu;
 pub use direct::GpuDirectLight;
 pub use error::GpuError;
@@ -43,6 +45,7 @@ pub use kernel::Kernel;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use lightcuts::GpuLightcuts;
 pub use lighting_grid::{GpuLightingGrid, LightingGridBuilder};
+pub use lightshed_bvh;
 pub use lightshed_film as film;
 pub use lightshed_integrator as integrator;
 pub use lightshed_lights as lights;

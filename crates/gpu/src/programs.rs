@@ -1,6 +1,8 @@
 //! The programs as plain WGSL: linked from `src/wesl` into the folder `generated`, and compared
 //! with a new link by a test.
 
+/// Building trees over boxes.
+pub(crate) const BVH_BUILD: &str = include_str!("../generated/bvh_build.wgsl");
 /// Direct light with emitters chosen by a light tree.
 pub(crate) const DIRECT: &str = include_str!("../generated/direct.wgsl");
 /// Building light trees.

@@ -58,6 +58,8 @@ const SAME: &[(&str, &str, &[&str])] = &[
     ),
     ("cwbvh", "gpu", &["CWBVH_STACK"]),
     // Of programs.
+    ("bvh_build", "bvh", &["CELLS", "MOST", "ROUND"]),
+    ("bvh_build", "gpu", &["STEP"]),
     ("group", "gpu", &["GROUP"]),
     ("lighting_grid_build", "gpu", &["TILE"]),
     ("light_tree_build", "gpu", &["WIDTH"]),

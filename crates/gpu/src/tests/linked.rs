@@ -7,14 +7,15 @@ use crate::bindings::{FilterBindings, Table};
 use crate::buffer::Access;
 use crate::programs::{linked_name, overrides};
 use crate::{
-    direct, light_tree, lightcuts, lighting_grid, path_tracer, radix_sort, restir_di, restir_pt,
+    bvh, direct, light_tree, lightcuts, lighting_grid, path_tracer, radix_sort, restir_di, restir_pt,
     restir_volume, volpath, vpl_grid,
 };
 use lightshed_shaders::Linker;
 use std::path::{Path, PathBuf};
 
 /// Programs, and what they bind.
-const PROGRAMS: [(&str, &[Table]); 12] = [
+const PROGRAMS: [(&str, &[Table]); 13] = [
+    ("bvh_build", &bvh::TABLES),
     ("direct", &direct::TABLES),
     ("light_tree_build", &light_tree::TABLES),
     ("lightcuts", &lightcuts::TABLES),
@@ -214,6 +215,10 @@ fn check_sizes(program: &str, module: &naga::Module) {
             size_of::<lightshed_lights::LightRecord>(),
         ),
         ("light_tree_build", "Settings", 144),
+        ("bvh_build", "Settings", 16),
+        ("bvh_build", "Frame", 32),
+        ("bvh_build", "Part", 32),
+        ("bvh_build", "Node", size_of::<lightshed_bvh::Node>()),
         ("direct", "package_lightshed__1light_tree_LightTree", 16),
         ("direct", "Direct", 48),
         ("vpl_grid", "VplGrid", 32),

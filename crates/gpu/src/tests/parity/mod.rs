@@ -5,6 +5,7 @@
 //! statistics, for whole images. Without a device the tests say SKIPPED and pass, unless
 //! `LIGHTSHED_REQUIRE_GPU=1`.
 
+mod bvh_build;
 mod doubles;
 mod harness;
 mod lamps;
