@@ -45,8 +45,10 @@ pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
 pub(crate) struct Region {
     /// Share of directions that its guide samples.
     pub share: f32,
-    /// Whether it has learnt from any sample.
+    /// Whether it has learnt from any sample, or is a part of a region that has.
     pub has_learnt: bool,
+    /// Samples that it has learnt from itself: none of a part before samples reach it.
+    pub samples: u32,
 }
 
 /// The field's knowledge at a position.
@@ -81,6 +83,8 @@ pub struct FieldUpdate {
     pub regions: usize,
 }
 
+/// Samples that a region must have learnt from to be used by positions outside it.
+const LEAST_SAMPLES: u32 = 32;
 /// No slot.
 const NOWHERE: u32 = u32::MAX;
 
@@ -100,6 +104,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         let region = Region {
             share: options.first_share,
             has_learnt: false,
+            samples: 0,
         };
         Ok(Self {
             partition,
@@ -166,12 +171,15 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         let slot = match self.options.interpolation {
             Interpolation::None => self.partition.slot(position)?,
             Interpolation::Jitter => match self.partition.slot_moved(position, offset(position))? {
-                // On a surface, half of the surrounding regions are empty.
-                (_, Some(other)) if self.regions[other as usize].has_learnt => other,
+                // Half of the regions around a surface are empty. What those know is what a larger
+                // region knew before it was divided.
+                (_, Some(other)) if self.regions[other as usize].samples >= LEAST_SAMPLES => other,
                 (slot, _) => slot,
             },
         };
-        let Region { share, has_learnt } = self.regions[slot as usize];
+        let Region {
+            share, has_learnt, ..
+        } = self.regions[slot as usize];
         if !has_learnt || share < self.options.min_share {
             return None;
         }
@@ -250,12 +258,19 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         let slots = self.partition.slot_count();
         let mut records = vec![M::Record::default(); slots * stride];
         let mut regions = vec![Region::default(); slots];
+        let mut parts = vec![0u32; self.regions.len()];
+        for origin in (0..slots).filter_map(|slot| self.partition.origin(slot as u32)) {
+            parts[origin as usize] += 1;
+        }
         for slot in 0..slots {
             let own = &mut records[slot * stride..][..stride];
             match self.partition.origin(slot as u32) {
                 Some(origin) => {
                     own.clone_from_slice(&self.records[origin as usize * stride..][..stride]);
                     regions[slot] = self.regions[origin as usize];
+                    if parts[origin as usize] > 1 {
+                        regions[slot].samples = 0;
+                    }
                 }
                 None => self.model.reset(own),
             }
@@ -309,10 +324,10 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 }
                 let bounds = partition.bounds(task.slot);
                 if task.region.has_learnt {
-                    let guide = model.directions(task.records, 0.5 * (bounds.min + bounds.max));
+                    let records = &*task.records;
                     let share = learn_share(
                         task.samples,
-                        &guide,
+                        |position| model.directions(records, position),
                         task.region.share,
                         options.share_prior,
                         options.share_by_variance,
@@ -321,6 +336,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 }
                 model.learn(task.records, task.samples, &bounds);
                 task.region.has_learnt = true;
+                let count = u32::try_from(task.samples.len()).unwrap_or(u32::MAX);
+                task.region.samples = task.region.samples.saturating_add(count);
             }
         });
         update

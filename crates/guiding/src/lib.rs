@@ -62,7 +62,8 @@ pub use model::DirectionalModel;
 pub use options::{FieldOptions, Interpolation};
 pub use partition::Partition;
 pub use quadtree::{
-    CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeModel, QuadtreeOptions,
+    CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeGoal, QuadtreeModel,
+    QuadtreeOptions, SeenQuadtree,
 };
 pub use sample::{GuidingSample, TrainingSample};
 pub use saved::SavedField;

@@ -9,7 +9,7 @@ use glam::Vec3;
 use lightshed_spatial::Bounds;
 
 /// Version of the layout of [`SavedField`].
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The learnt data of a field, without its options; `R` is the model's record of a region. With the
 /// feature `serde` it can be written and read in any format.

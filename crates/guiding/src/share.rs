@@ -21,11 +21,12 @@ const LARGEST_RATIO: f64 = 64.0;
 /// Bits after the binary point of sums that do not depend on the order of their terms.
 const SCALE: f64 = (1u64 << 32) as f64;
 
-/// The share after an update. `guide` has not yet learnt from the samples: a guide is judged by
-/// samples that it has not seen. `prior` samples that vote for one half are added.
-pub(crate) fn learn_share(
+/// The share after an update. `guide` has the directions at a position, and has not yet learnt from
+/// the samples: a guide is judged by samples that it has not seen. `prior` samples that vote for
+/// one half are added.
+pub(crate) fn learn_share<D: DirectionDistribution>(
     samples: &[TrainingSample],
-    guide: &impl DirectionDistribution,
+    guide: impl Fn(Vec3) -> D,
     share: f32,
     prior: f32,
     by_variance: bool,
@@ -42,7 +43,7 @@ pub(crate) fn learn_share(
             [
                 f64::from(sample.weight() / largest),
                 f64::from(sample.scattering_pdf()),
-                f64::from(guide.pdf(direction).value()),
+                f64::from(guide(sample.position()).pdf(direction).value()),
             ]
         })
         .collect();

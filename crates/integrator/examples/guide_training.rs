@@ -6,7 +6,7 @@
 //!     [scene] [cdq|sdtree] [bits] [frames] [setting=value]…
 //! ```
 
-use lightshed_guiding::Interpolation;
+use lightshed_guiding::{Interpolation, QuadtreeGoal};
 use lightshed_integrator::film::FrameMethod;
 use lightshed_integrator::{GuideKind, GuidedPaths, GuidedPathsOptions};
 use lightshed_scene::{Rgb, Scene, builtin, import};
@@ -24,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     (description.settings.width, description.settings.height) = (128, 128);
     let mut options = GuidedPathsOptions::new(argument(2, "cdq").parse::<GuideKind>()?);
+    let mut seed = 1;
     options.quadtree.bits = argument(3, "64").parse()?;
     for setting in arguments.iter().skip(5) {
         let (name, value) = setting.split_once('=').ok_or("settings are name=value")?;
@@ -39,7 +40,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "prior" => options.quadtree.prior_samples = value.parse()?,
             "least" => options.quadtree.least_samples = value.parse()?,
             "eagerness" => options.quadtree.eagerness = value.parse()?,
-            "second" => options.quadtree.second_moment = value.parse()?,
+            "goal" if value == "even" => options.quadtree.goal = QuadtreeGoal::EvenLoad,
+            "goal" => {
+                options.quadtree.goal = QuadtreeGoal::LeastVariance {
+                    share: value.parse()?,
+                }
+            }
+            "parallax" => options.quadtree.parallax = value.parse()?,
+            "roulette" => description.settings.roulette_depth = value.parse()?,
+            "seed" => seed = value.parse()?,
+            "samples" => options.samples = value.parse()?,
+            "every" => options.every_frame = value.parse()?,
+            "borders" => options.field.interpolation = Interpolation::None,
+            "decay" => options.vmf.decay = value.parse()?,
+            "count" => options.vmf.prior_count = value.parse()?,
             "blend" if value == "none" => options.field.interpolation = Interpolation::None,
             "training" => options.training = value.parse()?,
             "drop" => options.may_drop = value.parse()?,
@@ -54,7 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("frame   variance   regions  share  seconds");
     for frame in 0..argument(4, "24").parse()? {
         let start = std::time::Instant::now();
-        method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
+        method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
         for (pixel, value) in image.iter().enumerate().filter(|_| frame >= 16) {
             blocks[pixel / 128 / 8][pixel % 128 / 8] += f64::from(value.length_squared());
         }

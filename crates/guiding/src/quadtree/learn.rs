@@ -17,32 +17,45 @@ struct Node {
     is_known: bool,
 }
 
+/// What a node would carry as a leaf, and its samples.
+pub(super) trait Loads {
+    /// Number of samples.
+    fn count(&self) -> usize;
+
+    /// The load of the square of `depth` whose least Morton code is `code`, and the number of
+    /// samples in it. `prior` is a number of samples that are spread evenly over the square.
+    fn load(&self, code: u32, depth: u32, prior: f64) -> (f64, usize);
+}
+
+/// Loads are shares of the samples' weights.
+impl Loads for SortedWeights {
+    fn count(&self) -> usize {
+        if self.total() > 0.0 { self.count() } else { 0 }
+    }
+
+    fn load(&self, code: u32, depth: u32, prior: f64) -> (f64, usize) {
+        let (sum, samples) = self.within(code, depth);
+        let share = sum / self.total();
+        let prior = prior / (self.count() as f64 + prior);
+        ((1.0 - prior) * share + prior * area(depth), samples)
+    }
+}
+
+/// Area of a square of the octahedral map.
+pub(super) fn area(depth: u32) -> f64 {
+    0.25f64.powi(depth as i32)
+}
+
 /// Moves leaves, up to the number in the options, from where they carry least to the leaf that
 /// carries most.
-///
-/// A leaf carries `e = (1 − λ) E + λ A`, the share `E` of the samples' weights that fall into
-/// it with a prior: the share `A` of the square that it covers, which weighs as much as `prior`
-/// samples do, `λ = prior / (samples + prior)`. If second moments are learnt it carries `√(A e)`
-/// with `E` the share of `∫ f²`: leaves of equal load then follow the root of the second moment,
-/// which is the density of least variance for estimates that are noisy themselves (Rath 2020, eq. 5
-/// there).
-pub(super) fn learn(words: &mut [u32], weights: &SortedWeights, options: &QuadtreeOptions) {
-    if weights.count() == 0 || !(weights.total() > 0.0) {
+pub(super) fn learn(words: &mut [u32], loads: &impl Loads, options: &QuadtreeOptions) {
+    if loads.count() == 0 {
         return;
     }
     let bits = 32 * words.len();
-    let count = weights.count() as f64;
-    let prior = f64::from(options.prior_samples) / (count + f64::from(options.prior_samples));
+    let prior = f64::from(options.prior_samples);
     let node = |code: u32, depth: u32| {
-        let (sum, samples) = weights.within(code, depth);
-        let share = sum / weights.total();
-        let area = 0.25f64.powi(depth as i32);
-        let load = (1.0 - prior) * share + prior * area;
-        let load = if options.second_moment {
-            (area * load).sqrt()
-        } else {
-            load
-        };
+        let (load, samples) = loads.load(code, depth, prior);
         Node {
             code,
             depth,

@@ -5,10 +5,13 @@ mod learn;
 mod migrate;
 mod model;
 mod options;
+mod parallax;
 mod sample;
+mod variance;
 mod view;
 
 pub use bits::{MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH};
 pub use model::QuadtreeModel;
-pub use options::QuadtreeOptions;
+pub use options::{QuadtreeGoal, QuadtreeOptions};
+pub use parallax::SeenQuadtree;
 pub use view::{CompressedQuadtree, QuadtreeCell};

@@ -1,8 +1,10 @@
 //! Quadtrees as the model of a field.
 
-use super::bits::{MAX_QUADTREE_BITS, even, is_tree};
+use super::bits::{MAX_QUADTREE_BITS, even, is_tree, leaf_count};
 use super::learn::learn;
-use super::options::QuadtreeOptions;
+use super::options::{QuadtreeGoal, QuadtreeOptions};
+use super::parallax::{PARALLAX_WORDS, Parallax, SeenQuadtree, is_parallax, learn_parallax};
+use super::variance::VarianceLoads;
 use super::view::CompressedQuadtree;
 use crate::error::{GuidingError, check_option};
 use crate::model::DirectionalModel;
@@ -35,7 +37,21 @@ impl QuadtreeModel {
         )?;
         let is_prior = (0.0..=1e6).contains(&prior);
         check_option(is_prior, "prior_samples", prior.into(), "in 0..=1e6")?;
+        if let QuadtreeGoal::LeastVariance { share } = options.goal {
+            check_option(
+                share > 0.0 && share <= 1.0,
+                "goal",
+                share.into(),
+                "a share in (0, 1]",
+            )?;
+        }
         Ok(Self { options })
+    }
+
+    /// Words of a tree.
+    #[inline(always)]
+    fn tree_words(&self) -> usize {
+        self.options.bits as usize / 32
     }
 
     /// How they learn.
@@ -46,31 +62,47 @@ impl QuadtreeModel {
 
 impl DirectionalModel for QuadtreeModel {
     type Record = u32;
-    type Distribution<'a> = CompressedQuadtree<'a>;
+    type Distribution<'a> = SeenQuadtree<'a>;
 
     fn stride(&self) -> usize {
-        self.options.bits as usize / 32
+        self.tree_words() + if self.options.parallax { PARALLAX_WORDS } else { 0 }
     }
 
     fn reset(&self, records: &mut [u32]) {
-        even(records);
+        let (tree, parallax) = records.split_at_mut(self.tree_words());
+        even(tree);
+        parallax.fill(0);
     }
 
-    fn learn(&self, records: &mut [u32], samples: &[TrainingSample], _region: &Bounds) {
-        let weights = if self.options.second_moment {
-            SortedWeights::new(samples, |sample| sample.weight() * sample.weight() * sample.pdf())
-        } else {
-            SortedWeights::new(samples, TrainingSample::weight)
-        };
-        learn(records, &weights, &self.options);
+    fn learn(&self, records: &mut [u32], samples: &[TrainingSample], region: &Bounds) {
+        let (tree, parallax) = records.split_at_mut(self.tree_words());
+        if self.options.parallax {
+            parallax.copy_from_slice(&learn_parallax(samples, region));
+        }
+        match self.options.goal {
+            QuadtreeGoal::EvenLoad => {
+                let loads = SortedWeights::new(samples, TrainingSample::weight);
+                learn(tree, &loads, &self.options);
+            }
+            QuadtreeGoal::LeastVariance { share } => {
+                let seen = |position, direction| Parallax::new(parallax, position).from_pivot(direction);
+                let loads = VarianceLoads::new(samples, leaf_count(tree), share, seen);
+                learn(tree, &loads, &self.options);
+            }
+        }
     }
 
     #[inline(always)]
-    fn directions<'a>(&'a self, records: &'a [u32], _position: Vec3) -> CompressedQuadtree<'a> {
-        CompressedQuadtree::of_tree(records)
+    fn directions<'a>(&'a self, records: &'a [u32], position: Vec3) -> SeenQuadtree<'a> {
+        let (tree, parallax) = records.split_at(self.tree_words());
+        SeenQuadtree::new(
+            CompressedQuadtree::of_tree(tree),
+            Parallax::new(parallax, position),
+        )
     }
 
     fn is_sound(&self, records: &[u32]) -> bool {
-        is_tree(records)
+        let parts = records.split_at_checked(self.tree_words());
+        parts.is_some_and(|(tree, parallax)| is_tree(tree) && is_parallax(parallax))
     }
 }

@@ -18,8 +18,24 @@ pub struct QuadtreeOptions {
     pub least_samples: u32,
     /// Number of samples that weigh as much as the assumption of uniform light.
     pub prior_samples: f32,
-    /// Whether trees follow the root of the second moment instead of the mean.
-    pub second_moment: bool,
+    /// Where leaves are.
+    pub goal: QuadtreeGoal,
+    /// Whether a region keeps the mean distance of its light, and each position sees its tree from
+    /// there: 16 bytes more.
+    pub parallax: bool,
+}
+
+/// What decides where a tree has its leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum QuadtreeGoal {
+    /// Leaves carry the same share of the samples' weights.
+    EvenLoad,
+    /// The mixture of the tree with the BSDF has the least variance.
+    LeastVariance {
+        /// Share of the tree in this mixture, in (0, 1].
+        share: f32,
+    },
 }
 
 impl Default for QuadtreeOptions {
@@ -29,9 +45,10 @@ impl Default for QuadtreeOptions {
             bits: 64,
             migrations: MAX_QUADTREE_BITS / 4,
             eagerness: 1.0,
-            least_samples: 4,
+            least_samples: 2,
             prior_samples: 16.0,
-            second_moment: false,
+            goal: QuadtreeGoal::LeastVariance { share: 0.6 },
+            parallax: true,
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{
-    CompressedQuadtree, DirectionalModel, GuidingSample, QuadtreeModel, QuadtreeOptions, TrainingSample,
-    WeightedTreeModel, WeightedTreeOptions,
+    CompressedQuadtree, DirectionalModel, GuidingSample, QuadtreeGoal, QuadtreeModel, QuadtreeOptions,
+    TrainingSample, WeightedTreeModel, WeightedTreeOptions,
 };
 use lightshed_sampling::{
     CounterRng, Density, DirectionDistribution, SolidAngle, UniformSphere, VonMisesFisher,
@@ -57,9 +57,11 @@ pub fn learnt<M: DirectionalModel>(model: &M, samples: &[GuidingSample]) -> Vec<
     records
 }
 
+/// Trees that are the same from everywhere.
 pub fn quadtree(bits: u32) -> QuadtreeModel {
     QuadtreeModel::new(QuadtreeOptions {
         bits,
+        parallax: false,
         ..QuadtreeOptions::default()
     })
     .unwrap()
@@ -168,6 +170,12 @@ fn densities_are_those_of_the_samples() {
         })
         .unwrap();
     }
+    // Trees as they are seen from the middle of their region, from a corner and from far away.
+    let model = QuadtreeModel::new(QuadtreeOptions::default()).unwrap();
+    let records = learnt(&model, &lobes(3000, 5));
+    for (seed, position) in [(10, Vec3::splat(0.5)), (11, Vec3::ZERO), (12, Vec3::splat(90.0))] {
+        check_directions(&model.directions(&records, position), seed).unwrap();
+    }
     let model = WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
     let records = learnt(&model, &lobes(20_000, 5));
     check_directions(&model.directions(&records, Vec3::ZERO), 7).unwrap();
@@ -275,4 +283,99 @@ fn more_bits_are_nearer_to_the_target() {
     });
     println!("with weights {weighted}");
     assert!(weighted < found[0]);
+}
+
+/// A lamp of radius 0.2 at `(0.5, 0.5, 3)`, as samples that were taken uniformly at points of the
+/// unit cube see it.
+fn lamp(count: u32, seed: u64) -> Vec<GuidingSample> {
+    let mut samples = lobes(count, seed);
+    samples.retain_mut(|sample| {
+        let to = Vec3::new(0.5, 0.5, 3.0) - sample.position;
+        let along = to.dot(sample.direction);
+        sample.distance = along;
+        sample.weight = 1.0;
+        along > 0.0 && to.length_squared() - along * along < 0.04
+    });
+    samples
+}
+
+/// A region whose parts see a lamp in directions that differ by more than its size: with parallax
+/// the tree has half of the second moment or less. Without the distances of the samples there is no
+/// gain.
+#[test]
+fn parallax_follows_a_lamp() {
+    let samples = lamp(1_000_000, 3);
+    let others = lamp(1_000_000, 4);
+    assert!(samples.len() > 500, "{}", samples.len());
+    let second_moment = |parallax, samples: &[GuidingSample]| {
+        let model = QuadtreeModel::new(QuadtreeOptions {
+            parallax,
+            ..QuadtreeOptions::default()
+        })
+        .unwrap();
+        let records = learnt(&model, samples);
+        let terms = others.iter().map(|sample| {
+            let density = model.directions(&records, sample.position).pdf(sample.direction);
+            1.0 / f64::from(density.value())
+        });
+        terms.sum::<f64>()
+    };
+    let without = second_moment(false, &samples);
+    check_faults(&[()], |fault| {
+        let mut samples = samples.clone();
+        if fault.is_some() {
+            samples
+                .iter_mut()
+                .for_each(|sample| sample.distance = f32::INFINITY);
+        }
+        let with = second_moment(true, &samples);
+        println!("{with} with parallax, {without} without");
+        if with < 0.5 * without {
+            Ok(())
+        } else {
+            Err(format!("{with} and {without}"))
+        }
+    })
+    .unwrap();
+}
+
+/// Half of the light comes from where the BSDF samples anyway. A tree of least variance leaves that
+/// to it: the mixture has a lower second moment than with a tree of even loads.
+#[test]
+fn trees_of_least_variance_count_what_the_bsdf_finds() {
+    let scattering = |direction: Vec3| {
+        let lobe = VonMisesFisher::new(Vec3::new(0.6, 0.0, 0.8), 100.0);
+        0.02 / (4.0 * std::f32::consts::PI) + 0.98 * lobe.density(direction).value()
+    };
+    let samples = |seed| {
+        let mut samples = lobes(40_000, seed);
+        for sample in &mut samples {
+            let own = scattering(sample.direction);
+            sample.scattering_pdf = Density::new(own);
+            sample.weight += 3.0 * own / UniformSphere::density().value();
+        }
+        samples
+    };
+    let (known, others) = (samples(5), samples(6));
+    let second_moment = |goal| {
+        let model = QuadtreeModel::new(QuadtreeOptions {
+            goal,
+            ..QuadtreeOptions::default()
+        })
+        .unwrap();
+        let records = learnt(&model, &known);
+        let directions = model.directions(&records, Vec3::splat(0.5));
+        let terms = others.iter().map(|sample| {
+            let guide = f64::from(directions.pdf(sample.direction).value());
+            let mixture = 0.4 * f64::from(sample.scattering_pdf.value()) + 0.6 * guide;
+            f64::from(sample.weight).powi(2) / mixture
+        });
+        terms.sum::<f64>()
+    };
+    let even = second_moment(QuadtreeGoal::EvenLoad);
+    let least = second_moment(QuadtreeGoal::LeastVariance { share: 0.6 });
+    let alone = second_moment(QuadtreeGoal::LeastVariance { share: 1.0 });
+    println!("even loads {even}, least variance {least}, of the tree alone {alone}");
+    assert!(least < 0.9 * even, "{least} and {even}");
+    assert!(least < 0.97 * alone, "{least} and {alone}");
 }

@@ -3,8 +3,8 @@
 use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
-    BinaryTree, CompressedQuadtree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample,
-    MAX_LOBES, MarkovModel, QuadtreeModel, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
+    BinaryTree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
+    QuadtreeModel, SeenQuadtree, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -31,7 +31,7 @@ pub enum SceneField {
 #[derive(Clone, Copy, Debug)]
 pub enum FieldDirections<'a> {
     /// A quadtree of a few bits.
-    Quadtree(CompressedQuadtree<'a>),
+    Quadtree(SeenQuadtree<'a>),
     /// A quadtree with weights.
     SdTree(WeightedDirections<'a>),
     /// Lobes.
