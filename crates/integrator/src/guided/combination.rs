@@ -25,6 +25,8 @@ pub(super) struct Combination {
     current: Vec<DVec3>,
     variances: [f64; 2],
     frames: u32,
+    /// Sum of the squares of what `variances` is the sum of.
+    squares: f64,
     /// Variance of the last frame, summed over the image.
     last: f64,
 }
@@ -45,6 +47,7 @@ impl Combination {
             current: vec![DVec3::ZERO; pixels],
             variances: [0.0; 2],
             frames: 0,
+            squares: 0.0,
             last: 0.0,
         }
     }
@@ -57,6 +60,7 @@ impl Combination {
             let difference = (a.as_dvec3() - b.as_dvec3()).length_squared();
             if difference.is_finite() {
                 self.variances[colour(self.width, pixel)] += 0.25 * difference;
+                self.squares += (0.25 * difference).powi(2);
                 self.last += 0.25 * difference;
             }
         }
@@ -66,6 +70,11 @@ impl Combination {
     /// Variance of a frame of the current iteration, summed over the image.
     pub fn variance(&self) -> f64 {
         (self.variances[0] + self.variances[1]) / f64::from(self.frames.max(1))
+    }
+
+    /// Standard error of [`variance`](Self::variance), of pixels and frames that are independent.
+    pub fn variance_error(&self) -> f64 {
+        self.squares.sqrt() / f64::from(self.frames.max(1))
     }
 
     /// Variance of the last frame, summed over the image.
@@ -95,7 +104,7 @@ impl Combination {
             *sum = DVec3::ZERO;
         }
         self.weights = [0, 1].map(|c| self.weights[c] + weights[c]);
-        (self.variances, self.frames) = ([0.0; 2], 0);
+        (self.variances, self.frames, self.squares) = ([0.0; 2], 0, 0.0);
     }
 
     /// The combination so far. Where no iteration has a variance, the mean of the current one.

@@ -7,6 +7,9 @@ use super::options::{GuideError, GuidedPathsOptions};
 use super::recorder::FieldRecorder;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::PathTracer;
+use crate::path::guide::DirectionGuide;
+use crate::path::observer::PathObserver;
+use crate::volume::volpath::{VolumePathTracer, VolumeTracking};
 use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, SampledFrames};
 use lightshed_scene::{Rgb, Scene};
 use std::sync::atomic::AtomicBool;
@@ -32,6 +35,8 @@ pub struct GuidedPaths<'a, S> {
     size: [u32; 2],
     /// Variance of the frame without a guide.
     unguided: f64,
+    /// Standard error of that.
+    unguided_error: f64,
     is_dropped: bool,
     halves: [Vec<Rgb>; 2],
     before: Vec<Rgb>,
@@ -41,6 +46,8 @@ pub struct GuidedPaths<'a, S> {
 const COST: f64 = 2.5;
 /// Number of frames after which a guide must gain more than it costs.
 const TRAINED: f64 = 16.0;
+/// Number of standard errors by which a guide that is not yet trained must be worse.
+const CERTAIN: f64 = 2.0;
 /// Approximate number of samples of a path.
 const SAMPLES_OF_PATH: f64 = 4.0;
 
@@ -64,6 +71,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             combination: Combination::new(size),
             size,
             unguided: 0.0,
+            unguided_error: 0.0,
             is_dropped: guide_need(scene).is_err(),
             halves: [vec![Rgb::ZERO; pixels], vec![Rgb::ZERO; pixels]],
             before: vec![Rgb::ZERO; pixels],
@@ -97,8 +105,15 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
     /// Renders both halves of a frame. `None` if it was cancelled.
     fn halves(&mut self, frame: u32, seed: u64, cancel: &AtomicBool) -> Option<RayCounts> {
         let plain = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
+        let half = HalfFrames {
+            size: self.size,
+            samples: self.options.samples / 2,
+            volume: self.options.volume,
+            frame,
+            seed,
+        };
         if self.is_dropped {
-            return self.render(plain, frame, seed, cancel);
+            return half.render(plain, &mut self.halves, cancel);
         }
         // The field is lent to the tracer while the images are written.
         let field = &self.field;
@@ -113,48 +128,35 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
                 pixels * f64::from(self.options.samples) * f64::from(frames.max(1)) * SAMPLES_OF_PATH;
             let share = (f64::from(self.options.max_recorded) / expected).min(1.0);
             let recorder = FieldRecorder::new(field, share);
-            let (size, samples) = (self.size, self.options.samples / 2);
             let tracer = plain.with_guide(field).with_observer(recorder);
-            return render(tracer, size, samples, &mut self.halves, frame, seed, cancel);
+            return half.render(tracer, &mut self.halves, cancel);
         }
-        let (size, samples) = (self.size, self.options.samples / 2);
-        render(
-            plain.with_guide(field),
-            size,
-            samples,
-            &mut self.halves,
-            frame,
-            seed,
-            cancel,
-        )
-    }
-
-    fn render(
-        &mut self,
-        tracer: impl PixelEstimator + Send,
-        frame: u32,
-        seed: u64,
-        cancel: &AtomicBool,
-    ) -> Option<RayCounts> {
-        let (size, samples) = (self.size, self.options.samples / 2);
-        render(tracer, size, samples, &mut self.halves, frame, seed, cancel)
+        let tracer = plain.with_guide(field);
+        half.render(tracer, &mut self.halves, cancel)
     }
 
     /// Learns, and decides whether that was worth it.
     fn learn(&mut self, frame: u32) {
         let (variance, trains) = (self.combination.variance(), self.learns_after(frame));
+        let error = self.combination.variance_error();
         if self.is_dropped || !(trains || frame + 1 == self.options.training) {
             return;
         }
         self.combination.next_iteration();
         if frame == 0 {
-            self.unguided = variance;
+            (self.unguided, self.unguided_error) = (variance, error);
         }
         // A guide that has learnt little must only gain; a trained one must gain more than it
         // costs.
         let progress = f64::from(frame + 1).log2() / TRAINED.log2();
         let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
-        if frame > 0 && self.options.may_drop && variance * cost >= self.unguided {
+        // While it learns, only what is certain counts: rare bright paths are most of some variances.
+        let doubt = if progress < 1.0 {
+            CERTAIN * (error * cost).hypot(self.unguided_error)
+        } else {
+            0.0
+        };
+        if frame > 0 && self.options.may_drop && variance * cost >= self.unguided + doubt {
             self.is_dropped = true;
             self.field.forget_samples();
             return;
@@ -164,22 +166,46 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
     }
 }
 
-/// Renders the frames `2 f` and `2 f + 1` of half the samples each.
-fn render(
-    tracer: impl PixelEstimator + Send,
+/// The frames `2 f` and `2 f + 1` of half the samples each.
+struct HalfFrames {
     size: [u32; 2],
     samples: u32,
-    halves: &mut [Vec<Rgb>; 2],
+    volume: Option<VolumeTracking>,
     frame: u32,
     seed: u64,
-    cancel: &AtomicBool,
-) -> Option<RayCounts> {
-    let mut frames = SampledFrames::new(tracer, size, samples);
-    let mut rays = RayCounts::default();
-    for (half, image) in (0..).zip(halves) {
-        rays += frames.render_frame(frame.wrapping_mul(2).wrapping_add(half), seed, image, cancel)?;
+}
+
+impl HalfFrames {
+    /// Renders both with the vertices of a path tracer.
+    fn render<S: EmitterSampler + Send, G: DirectionGuide + Send, O: PathObserver + Send>(
+        &self,
+        tracer: PathTracer<'_, S, G, O>,
+        halves: &mut [Vec<Rgb>; 2],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        match self.volume {
+            None => self.render_with(tracer, halves, cancel),
+            Some(tracking) => {
+                let tracer = VolumePathTracer::of_tracer(tracer).with_tracking(tracking);
+                self.render_with(tracer, halves, cancel)
+            }
+        }
     }
-    Some(rays)
+
+    fn render_with(
+        &self,
+        tracer: impl PixelEstimator + Send,
+        halves: &mut [Vec<Rgb>; 2],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let mut frames = SampledFrames::new(tracer, self.size, self.samples);
+        let mut rays = RayCounts::default();
+        for (half, image) in (0..).zip(halves) {
+            let frame = self.frame.wrapping_mul(2).wrapping_add(half);
+            rays += frames.render_frame(frame, self.seed, image, cancel)?;
+        }
+        Some(rays)
+    }
 }
 
 impl<S: EmitterSampler + Copy + Send> FrameMethod for GuidedPaths<'_, S> {

@@ -1,5 +1,6 @@
 //! Options of guides and their training.
 
+use crate::volume::volpath::VolumeTracking;
 use lightshed_guiding::{
     FieldOptions, GuidingError, MarkovOptions, QuadtreeOptions, VmfFitOptions, WeightedTreeOptions,
 };
@@ -85,6 +86,8 @@ pub struct GuidedPathsOptions {
     pub max_recorded: u32,
     /// Whether a guide that gains less than it costs is dropped once it is trained.
     pub may_drop: bool,
+    /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
+    pub volume: Option<VolumeTracking>,
 }
 
 impl GuidedPathsOptions {
@@ -106,6 +109,7 @@ impl GuidedPathsOptions {
             samples: 4,
             max_recorded: 1 << 23,
             may_drop: true,
+            volume: None,
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::guides::{mean, sized};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     DirectionGuide, FieldDirections, GuideKind, GuidedPaths, GuidedPathsOptions, GuidedVertex, PathTracer,
-    SceneField,
+    SceneField, VolumePathTracer, VolumeTracking,
 };
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -230,4 +230,36 @@ fn wrong_options_are_refused() {
         );
     }
     assert!("cdg".parse::<GuideKind>().is_err());
+}
+
+/// Guided paths through smoke have the mean of plain ones, with the combination of frames and with
+/// each way of flight; a guide of a path tracer that sees no media has another. z-tests at 1e-5.
+#[test]
+fn guides_of_media_are_unbiased() {
+    let scene = sized(builtin::smoke_in_cornell());
+    let plain = mean(&VolumePathTracer::new(&scene, scene.emitters_by_power()), 1500, 1);
+    for kind in [GuideKind::Quadtree, GuideKind::Vmf] {
+        for tracking in [VolumeTracking::Delta, VolumeTracking::Decomposition] {
+            check_faults(&[()], |fault| {
+                let volume = if fault.is_some() { None } else { Some(tracking) };
+                let options = GuidedPathsOptions {
+                    volume,
+                    ..options(kind)
+                };
+                let mut ensemble = MeanTest::new();
+                for seed in 0..40 {
+                    ensemble.push(image_mean(&mut guided(&scene, options), 6, 100 + seed));
+                }
+                println!(
+                    "{kind:?}, {tracking:?}: {} against {}",
+                    ensemble.mean(),
+                    plain.mean()
+                );
+                ensemble
+                    .test_equal(&plain, 1e-5)
+                    .map_err(|error| error.to_string())
+            })
+            .unwrap();
+        }
+    }
 }
