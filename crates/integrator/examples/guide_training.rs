@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
             }
             "parallax" => options.quadtree.parallax = value.parse()?,
-            "roulette" => description.settings.roulette_depth = value.parse()?,
+            "roulette" => options.roulette_depth = value.parse()?,
             "seed" => seed = value.parse()?,
             "samples" => options.samples = value.parse()?,
             "every" => options.every_frame = value.parse()?,

@@ -339,8 +339,9 @@ fn parallax_follows_a_lamp() {
     .unwrap();
 }
 
-/// Half of the light comes from where the BSDF samples anyway. A tree of least variance leaves that
-/// to it: the mixture has a lower second moment than with a tree of even loads.
+/// Half of the light comes from where the BSDF samples anyway. A tree leaves that to it: the mixture
+/// has a lower second moment than with a tree that is the best without a BSDF, and no higher one
+/// than with a tree of even loads.
 #[test]
 fn trees_of_least_variance_count_what_the_bsdf_finds() {
     let scattering = |direction: Vec3| {
@@ -376,6 +377,6 @@ fn trees_of_least_variance_count_what_the_bsdf_finds() {
     let least = second_moment(QuadtreeGoal::LeastVariance { share: 0.6 });
     let alone = second_moment(QuadtreeGoal::LeastVariance { share: 1.0 });
     println!("even loads {even}, least variance {least}, of the tree alone {alone}");
-    assert!(least < 0.9 * even, "{least} and {even}");
-    assert!(least < 0.97 * alone, "{least} and {alone}");
+    assert!(least < even, "{least} and {even}");
+    assert!(least < 0.7 * alone, "{least} and {alone}");
 }

@@ -115,6 +115,13 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         if self.is_dropped {
             return half.render(plain, &mut self.halves, cancel);
         }
+        // The first frame shows the variance without a guide.
+        let settings = self.scene.settings();
+        let roulette = match frame {
+            0 => settings.roulette_depth,
+            _ => settings.roulette_depth.max(self.options.roulette_depth),
+        };
+        let plain = plain.with_depths(settings.max_depth, roulette);
         // The field is lent to the tracer while the images are written.
         let field = &self.field;
         if self.trains(frame) {

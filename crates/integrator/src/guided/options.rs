@@ -86,6 +86,10 @@ pub struct GuidedPathsOptions {
     pub max_recorded: u32,
     /// Whether a guide that gains less than it costs is dropped once it is trained.
     pub may_drop: bool,
+    /// First edge at which roulette may end a guided path; the scene's if that is later. A guide
+    /// samples bright directions often and with small weights, and roulette by these weights would
+    /// end just the paths that find light.
+    pub roulette_depth: u32,
     /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
     pub volume: Option<VolumeTracking>,
 }
@@ -109,6 +113,7 @@ impl GuidedPathsOptions {
             samples: 4,
             max_recorded: 1 << 23,
             may_drop: true,
+            roulette_depth: 12,
             volume: None,
         }
     }

@@ -18,8 +18,8 @@ pub(crate) struct Paths<K> {
     /// The current rays.
     pub rays: RayBatch,
     pub throughput: [Column; 3],
-    /// See [`PathState::roulette_scale`].
-    pub roulette_scale: Column,
+    /// See [`PathState::eta_squared`].
+    pub eta_squared: Column,
     /// [`Bounce::from`].
     pub from: [Column; 3],
     /// [`Bounce::pdf`], per steradian; infinite where [`Bounce::is_delta`].
@@ -40,7 +40,7 @@ impl<K: Copy + Default> Paths<K> {
         Self {
             rays: RayBatch::NOWHERE,
             throughput: [ZEROS; 3],
-            roulette_scale: ZEROS,
+            eta_squared: ZEROS,
             from: [ZEROS; 3],
             pdf: ZEROS,
             sites: [K::default(); MAX_BATCH],
@@ -71,7 +71,7 @@ impl<K: Copy + Default> Paths<K> {
         let pdf = self.pdf.get(index);
         PathState {
             throughput: vector(&self.throughput),
-            roulette_scale: self.roulette_scale.get(index),
+            eta_squared: self.eta_squared.get(index),
             bounce: (depth > 1).then(|| Bounce {
                 from: vector(&self.from),
                 site: self.sites[index % MAX_BATCH],
@@ -96,7 +96,7 @@ impl<K: Copy + Default> Paths<K> {
             self.throughput[axis].set(index, state.throughput[axis]);
             self.from[axis].set(index, from[axis]);
         }
-        self.roulette_scale.set(index, state.roulette_scale);
+        self.eta_squared.set(index, state.eta_squared);
         self.pdf.set(index, pdf);
         if let Some(bounce) = &state.bounce {
             self.sites[index % MAX_BATCH] = bounce.site;

@@ -304,12 +304,9 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let mut throughput = before * weight;
         let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
         let mut survives = scatters & !black;
-        let mut roulette_scale = paths.roulette_scale.load::<L>(place);
-        if Self::GUIDED {
-            roulette_scale = roulette_scale * (direction_pdf / scattering_pdf);
-        }
+        let eta_squared = paths.eta_squared.load::<L>(place);
         if self.depth >= self.transport.roulette_depth {
-            let survival = (throughput.max_element() * roulette_scale).min(L::splat(SURVIVAL_CAP));
+            let survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
             survives = survives & numbers.u_roulette().less(survival);
             throughput = Vec3Lanes::new(
                 throughput.x / survival,
@@ -327,7 +324,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             survives,
         );
         store_vectors(&mut next.throughput, to, throughput, survives);
-        next.roulette_scale.store_compressed(to, roulette_scale, survives);
+        next.eta_squared.store_compressed(to, eta_squared, survives);
         store_vectors(&mut next.from, to, point.position, survives);
         next.pdf.store_compressed(to, direction_pdf, survives);
         for (next, name) in next.name.iter_mut().zip(&paths.name) {

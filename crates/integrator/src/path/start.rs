@@ -52,7 +52,7 @@ impl<K> LaneKernel for Start<'_, K> {
             paths.throughput[0].store(place, one);
             paths.throughput[1].store(place, one);
             paths.throughput[2].store(place, one);
-            paths.roulette_scale.store(place, one);
+            paths.eta_squared.store(place, one);
             place += LANES;
         }
     }

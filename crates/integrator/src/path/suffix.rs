@@ -39,7 +39,7 @@ pub(crate) fn trace_suffixes<S: EmitterSampler>(
             let state = PathState {
                 throughput: Rgb::ONE,
                 // Roulette judges by the product of this and the throughput.
-                roulette_scale: suffix.importance,
+                eta_squared: suffix.importance,
                 bounce: Some(Bounce {
                     from: suffix.site.0,
                     site: suffix.site.1,

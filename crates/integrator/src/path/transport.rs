@@ -37,11 +37,9 @@ pub(crate) struct Transport<'a, S, G = NoGuide> {
 #[derive(Clone)]
 pub(crate) struct PathState<K> {
     pub throughput: Rgb,
-    /// Roulette uses the throughput times this. It is the product of the squared relative indices of
-    /// refraction, since refraction undoes the radiance scaling on the way out, and of `p / p_s` of
-    /// guided vertices: a guide samples bright directions often and with small weights, which are
-    /// no reason to end the path there. So a path lives as long as without a guide.
-    pub roulette_scale: f32,
+    /// Product of the squared relative indices of refraction: roulette uses the throughput without
+    /// the radiance scaling that refraction undoes on the way out.
+    pub eta_squared: f32,
     /// How the current ray left its vertex; `None` from the camera.
     pub bounce: Option<Bounce<K>>,
 }
@@ -106,7 +104,7 @@ impl<K> PathState<K> {
     /// At the camera.
     pub const START: Self = Self {
         throughput: Rgb::ONE,
-        roulette_scale: 1.0,
+        eta_squared: 1.0,
         bounce: None,
     };
 
@@ -146,8 +144,6 @@ impl<'a, S: EmitterSampler> Transport<'a, S> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
-    const IS_GUIDED: bool = G::IS_ACTIVE && !cfg!(lightshed_without = "guide");
-
     /// A vertex with its guide.
     #[inline(always)]
     pub fn scattering<'v, 'g, V: Vertex>(&'g self, vertex: &'v V) -> Scattering<'v, V, G::Distribution<'g>> {
@@ -208,12 +204,9 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         if path.throughput == Rgb::ZERO {
             return None;
         }
-        path.roulette_scale *= sample.eta * sample.eta;
-        if Self::IS_GUIDED && !sample.is_delta {
-            path.roulette_scale *= sample.pdf.value() / sample.own_pdf.value();
-        }
+        path.eta_squared *= sample.eta * sample.eta;
         if depth >= self.roulette_depth {
-            let survival = (path.throughput.max_element() * path.roulette_scale).min(SURVIVAL_CAP);
+            let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
             if numbers.roulette() >= survival {
                 return None;
             }

@@ -151,7 +151,7 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
             let state = PathState {
                 throughput: Rgb::ONE,
                 // Roulette judges by the product of this and the throughput.
-                roulette_scale: sample.eta * sample.eta * sample.weight.max_element(),
+                eta_squared: sample.eta * sample.eta * sample.weight.max_element(),
                 bounce: Some(Bounce {
                     from: primary.point.position,
                     site: sampler.site(|| shading_point(&primary.point, &primary.bsdf, primary.wo)),

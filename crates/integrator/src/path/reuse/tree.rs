@@ -157,7 +157,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
                         ray: vertex.point.spawn(sample.direction),
                         path: PathState {
                             throughput: sample.weight,
-                            roulette_scale: sample.eta * sample.eta,
+                            eta_squared: sample.eta * sample.eta,
                             bounce: Some(bounce),
                         },
                     });
@@ -304,10 +304,10 @@ impl<S: EmitterSampler> Ground<'_, S> {
         if sample.weight == Rgb::ZERO {
             return None;
         }
-        let (before, roulette_scale) = (start.path.throughput, sample.eta * sample.eta);
+        let (before, eta_squared) = (start.path.throughput, sample.eta * sample.eta);
         let mut path = PathState {
             throughput: before * sample.weight,
-            roulette_scale,
+            eta_squared,
             bounce: Some(Bounce {
                 from: point.position,
                 site,
@@ -319,7 +319,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             path.throughput = Rgb::ONE;
             // Only for roulette. Colours are left out: black here (red times green, for example)
             // may not be black from elsewhere.
-            path.roulette_scale *= before.max_element() * sample.weight.max_element();
+            path.eta_squared *= before.max_element() * sample.weight.max_element();
             shared.wi = Some(sample.wi);
         }
         Some(Onward {
