@@ -101,21 +101,28 @@ pub(super) fn learn(words: &mut [u32], loads: &impl Loads, options: &QuadtreeOpt
     }
 }
 
-/// The inner node over four leaves that carries least, and the leaf that carries most.
+/// The leaf that carries most, and of the inner nodes over four leaves, without that over this
+/// leaf, the one that carries least; a leaf may gain more by a division than its parent did.
 fn best_move(words: &[u32], nodes: &[Node]) -> Option<(usize, usize)> {
-    let (mut from, mut to): (Option<usize>, Option<usize>) = (None, None);
-    let mut number = 0;
+    let mut to: Option<usize> = None;
+    for (place, node) in nodes.iter().enumerate() {
+        let is_leaf = !bit(words, place as u32);
+        if is_leaf && node.is_known && to.is_none_or(|to| node.energy > nodes[to].energy) {
+            to = Some(place);
+        }
+    }
+    let to = to?;
+    let (mut from, mut number): (Option<usize>, usize) = (None, 0);
     for (place, node) in nodes.iter().enumerate() {
         if bit(words, place as u32) {
             number += 1;
             let children = words[number / 8] >> (4 * (number % 8)) & 15;
-            if children == 0 && from.is_none_or(|from| node.energy < nodes[from].energy) {
+            let is_free = children == 0 && number != to / 4;
+            if is_free && from.is_none_or(|from| node.energy < nodes[from].energy) {
                 from = Some(place);
             }
-        } else if node.is_known && to.is_none_or(|to| node.energy > nodes[to].energy) {
-            to = Some(place);
         }
     }
     debug_assert_eq!(number as u32 + 1, inner_count(words));
-    from.zip(to)
+    Some((from?, to))
 }
