@@ -85,7 +85,7 @@ impl DirectionalModel for QuadtreeModel {
                 learn(tree, &loads, &self.options);
             }
             QuadtreeGoal::LeastVariance { share } => {
-                let seen = |position, direction| Parallax::new(parallax, position).from_pivot(direction);
+                let seen = |position, direction| Parallax::new(parallax, position).at_pivot(direction);
                 let loads = VarianceLoads::new(samples, leaf_count(tree), share, seen);
                 learn(tree, &loads, &self.options);
             }

@@ -44,7 +44,7 @@ impl Parallax {
 
     /// `ω′` of a direction, and `dω′/dω`.
     #[inline(always)]
-    pub fn from_pivot(self, direction: Vec3) -> (Vec3, f32) {
+    pub fn at_pivot(self, direction: Vec3) -> (Vec3, f32) {
         let along = self.offset.dot(direction);
         let r = (along * along + (1.0 - self.offset.length_squared())).sqrt();
         let s = r - along;
@@ -122,7 +122,7 @@ impl DirectionDistribution for SeenQuadtree<'_> {
         if self.parallax.offset == Vec3::ZERO {
             return self.tree.pdf(direction);
         }
-        let (from_pivot, factor) = self.parallax.from_pivot(direction);
+        let (from_pivot, factor) = self.parallax.at_pivot(direction);
         self.tree.pdf(from_pivot) * factor
     }
 }

@@ -339,9 +339,9 @@ fn parallax_follows_a_lamp() {
     .unwrap();
 }
 
-/// Half of the light comes from where the BSDF samples anyway. A tree leaves that to it: the mixture
-/// has a lower second moment than with a tree that is the best without a BSDF, and no higher one
-/// than with a tree of even loads.
+/// Half of the light comes from where the BSDF samples anyway. A tree leaves that to it: the
+/// mixture has a lower second moment than with a tree that is the best without a BSDF, and no
+/// higher one than with a tree of even loads.
 #[test]
 fn trees_of_least_variance_count_what_the_bsdf_finds() {
     let scattering = |direction: Vec3| {

@@ -157,7 +157,8 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         // costs.
         let progress = f64::from(frame + 1).log2() / TRAINED.log2();
         let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
-        // While it learns, only what is certain counts: rare bright paths are most of some variances.
+        // While it learns, only what is certain counts: rare bright paths are most of some
+        // variances.
         let doubt = if progress < 1.0 {
             CERTAIN * (error * cost).hypot(self.unguided_error)
         } else {
