@@ -4,15 +4,15 @@
 
 use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
-use super::option::MethodValues;
+use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::any_emitters::AnyEmitters;
 use crate::{
-    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, LightChoosing, Lightcuts,
-    Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
-    RestirSuffix, RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking,
-    VplBrute, VplGrid,
+    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
+    LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt,
+    RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
+    VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
@@ -78,7 +78,7 @@ pub static METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS, options::POINTS],
+        options: VOLPATH_OPTIONS,
         start: |stage, values, _| volpath(stage, values, VolumeTracking::Delta),
     },
     MethodEntry {
@@ -88,7 +88,7 @@ pub static METHODS: &[MethodEntry] = &[
             media: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS, options::POINTS],
+        options: VOLPATH_OPTIONS,
         start: |stage, values, _| volpath(stage, values, VolumeTracking::Decomposition),
     },
     MethodEntry {
@@ -377,6 +377,17 @@ const VPL: MethodCapabilities = MethodCapabilities {
 /// that it lights: such a choice costs more than one by power and leaves less to resample.
 const CHOSEN_CANDIDATES: u32 = 8;
 
+/// Options of paths through media.
+const VOLPATH_OPTIONS: &[MethodOption] = &[
+    options::LIGHTS,
+    options::GUIDE,
+    options::GUIDE_BITS,
+    options::GUIDE_TRAINING,
+    options::GUIDE_ALWAYS,
+    options::GUIDE_BORDERS,
+    options::POINTS,
+];
+
 /// Rounds of reuse in pairs: as many partners as neighbours in a disk.
 const PAIRED_ROUNDS: u32 = 3;
 
@@ -457,10 +468,15 @@ fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start
 }
 
 fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
-    by_emitters!(stage, values, sampler => {
-        samples(VolumePathTracer::new(stage.scene(), sampler)
+    let volume = Some(tracking);
+    let guided = values
+        .guided_paths()
+        .map(|guided| GuidedPathsOptions { volume, ..guided });
+    by_emitters!(stage, values, sampler => match guided {
+        Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
+        None => samples(VolumePathTracer::new(stage.scene(), sampler)
             .with_tracking(tracking)
-            .with_points(values.points()))
+            .with_points(values.points())),
     })
 }
 

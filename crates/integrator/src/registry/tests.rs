@@ -44,6 +44,8 @@ fn every_method_is_found_by_its_name_and_renders() {
         "restir-pt:reconnection:bvh",
         "volpath:bvh",
         "volpath-decomposition:tree",
+        "volpath:cdq:96",
+        "volpath-decomposition:bvh:vmf:guide-always",
         "vpl-grid:200:bvh",
         "restir-pt:reconnection",
         "restir-pt-offline:reconnection",
