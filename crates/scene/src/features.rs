@@ -25,6 +25,8 @@ pub struct SceneFeatures {
     pub delta_emitters: usize,
     /// Light from all around.
     pub surroundings: bool,
+    /// Materials.
+    pub materials: usize,
     /// Materials with a mirror or a smooth refraction among their lobes.
     pub delta_materials: usize,
     /// Materials with a lobe that is neither that nor diffuse.
@@ -55,6 +57,7 @@ impl SceneFeatures {
             area_emitters: emitters.area_count(),
             delta_emitters: emitters.len() - emitters.area_count() - usize::from(surroundings),
             surroundings,
+            materials: scene.materials().len(),
             lens: scene.camera().has_lens(),
             ..Self::default()
         };
@@ -98,6 +101,7 @@ mod tests {
         );
         let glossy = of("cornell-glossy");
         assert_eq!((glossy.glossy_materials, glossy.delta_materials), (4, 0));
+        assert_eq!(glossy.materials, 4);
         let lights = of("many-lights");
         assert!(lights.tree && lights.area_emitters == 4000);
         let cloud = of("cloud");

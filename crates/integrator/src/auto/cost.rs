@@ -11,7 +11,8 @@ use lightshed_scene::SceneFeatures;
 /// > `C = r n + s (a + b n + d m) + t v`
 ///
 /// with `n` the rays of all kinds but reconnections, `m` the reconnections, `v` the choices of an
-/// emitter, `r` what a ray of this scene costs, `s` the greater of `r` and 1, `a` what a pixel
+/// emitter, `r` what a ray of this scene costs, `s` the greater of 1 and `r` of diffuse surfaces,
+/// `a` what a pixel
 /// costs beside its rays, `b` what each ray costs beside that of a path, `d` a reconnection, and
 /// `t` what a choice among emitters by a tree costs beyond one by power. The constants are
 /// measured, see `docs/integrator.md`.
@@ -19,12 +20,16 @@ use lightshed_scene::SceneFeatures;
 pub(super) struct FrameCost {
     /// `r`.
     ray: f64,
+    /// `s`.
+    scale: f64,
     /// `a`, `b`, `d`.
     beside: [f64; 3],
     /// `t`; zero without a tree.
     choice: f64,
     /// Emitters chosen at a vertex.
     chosen: f64,
+    /// Paths of a frame in a pixel, in the time of plain ones.
+    paths: f64,
 }
 
 /// By the method's name: what a frame costs at first sight, in paths, and `a`, `b`, `d`.
@@ -45,6 +50,10 @@ const RAY_WITHOUT_TREE: f64 = 0.6;
 /// Doublings of the number of triangles from which on `r` grows, and how much with each more:
 /// caches hold no larger tree.
 const RAY_OF_LARGE: [f64; 2] = [16.0, 0.55];
+
+/// What `r` grows by with the share of glossy materials: lobes take longer to sample and to
+/// evaluate.
+const GLOSSY: f64 = 1.6;
 
 /// Rays of a path whose rays nobody has counted, and of one of two edges.
 const USUAL_PATH: [RayCounts; 2] = [
@@ -67,6 +76,15 @@ const USUAL_PATH: [RayCounts; 2] = [
 /// Pixels that [`USUAL_PATH`] is of.
 const USUAL_PIXELS: f64 = 4.0;
 
+/// What a path with a guide costs, in plain ones: the guide is asked and taught at each vertex.
+const GUIDED: f64 = 2.7;
+
+/// Paths of a frame in a pixel, in the time of plain ones.
+fn paths_of_frame(method: &Method) -> f64 {
+    let guided = method.values().guided_paths();
+    guided.map_or(1.0, |options| GUIDED * f64::from(options.samples))
+}
+
 /// What a frame costs at first sight, and what it costs beside its rays; those of paths for methods
 /// that have no row.
 fn measured(method: &Method) -> (f64, [f64; 3]) {
@@ -88,17 +106,21 @@ impl FrameCost {
         let finite = features.area_emitters + features.delta_emitters;
         let (_, beside) = measured(method);
         let doublings = (features.triangles.max(1) as f64).log2();
+        let ray = match features.tree {
+            true => 1.0 + RAY_OF_LARGE[1] * (doublings - RAY_OF_LARGE[0]).max(0.0),
+            false => RAY_WITHOUT_TREE,
+        };
+        let glossy = features.glossy_materials as f64 / features.materials.max(1) as f64;
         Self {
-            ray: match features.tree {
-                true => 1.0 + RAY_OF_LARGE[1] * (doublings - RAY_OF_LARGE[0]).max(0.0),
-                false => RAY_WITHOUT_TREE,
-            },
+            ray: ray + GLOSSY * glossy,
+            scale: ray.max(1.0),
             beside,
             choice: match method.values().light_choosing() {
                 Some(_) => TREE_CHOICE[0] + TREE_CHOICE[1] * (finite.max(1) as f64).log2(),
                 None => 0.0,
             },
             chosen: chosen(method),
+            paths: paths_of_frame(method),
         }
     }
 
@@ -107,7 +129,7 @@ impl FrameCost {
         let (paths, _) = measured(method);
         let tree = method.values().light_choosing().is_some();
         let samples = 0.5 + 0.5 * chosen(method);
-        paths * samples * if tree { 1.4 } else { 1.0 }
+        paths * paths_of_frame(method) * samples * if tree { 1.4 } else { 1.0 }
     }
 
     /// `C` of a frame's rays in `pixels` pixels.
@@ -116,7 +138,7 @@ impl FrameCost {
         let [pixel, ray, reconnection] = self.beside;
         let beside =
             pixel * pixels + ray * (all - rays.reconnection) as f64 + reconnection * rays.reconnection as f64;
-        let own = (self.ray * all as f64 + self.ray.max(1.0) * beside) / pixels;
+        let own = (self.ray * all as f64 + self.scale * beside) / pixels;
         own + self.choice * rays.path as f64 / pixels
     }
 
@@ -127,12 +149,59 @@ impl FrameCost {
             emitter: chosen(rays.emitter),
             ..*rays
         };
-        self.count(&rays, pixels) + (self.chosen - 1.0) * self.choice * rays.path as f64 / pixels
+        let path = self.count(&rays, pixels) + (self.chosen - 1.0) * self.choice * rays.path as f64 / pixels;
+        self.in_paths(path)
+    }
+
+    /// The same where a plain path of this scene costs `path`.
+    pub(super) fn in_paths(&self, path: f64) -> f64 {
+        self.paths * path
     }
 
     /// The same by usual rays, of paths of at most so many edges.
     pub(super) fn of_usual_paths(&self, max_depth: Option<u32>) -> f64 {
         let usual = &USUAL_PATH[usize::from(max_depth.is_some_and(|depth| depth <= 2))];
         self.of_paths(usual, USUAL_PIXELS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where lobes are glossy, rays cost more; what methods do beside their rays does not.
+    #[test]
+    fn glossy_lobes_make_rays_dearer() {
+        let of = |text: &str, glossy_materials: usize| {
+            let mut features = SceneFeatures::default();
+            (features.materials, features.glossy_materials) = (4, glossy_materials);
+            let rays = RayCounts {
+                camera: 1,
+                path: 3,
+                emitter: 2,
+                replay: 0,
+                reconnection: 0,
+            };
+            let method: Method = text.parse().unwrap();
+            FrameCost::of(&method, &features).count(&rays, 1.0)
+        };
+        let [diffuse, glossy] = [0, 4].map(|count| of("path", count));
+        assert!(
+            (diffuse - 3.6).abs() < 1e-9 && (glossy - 13.2).abs() < 1e-9,
+            "{diffuse} {glossy}"
+        );
+        let beside = [0, 4].map(|count| of("path-reuse", count) - of("path", count));
+        assert!((beside[0] - beside[1]).abs() < 1e-9, "{beside:?}");
+    }
+
+    /// A frame of guided paths is several paths, each dearer than a plain one.
+    #[test]
+    fn guided_frames_are_several_paths() {
+        let (plain, guided) = ("path".parse().unwrap(), "path:vmf".parse().unwrap());
+        let paths = FrameCost::at_first_sight(&guided) / FrameCost::at_first_sight(&plain);
+        assert!((paths - 4.0 * GUIDED).abs() < 1e-9, "{paths}");
+        let features = SceneFeatures::default();
+        let usual = |method: &Method| FrameCost::of(method, &features).of_usual_paths(None);
+        assert!((usual(&guided) / usual(&plain) - paths).abs() < 1e-9);
     }
 }

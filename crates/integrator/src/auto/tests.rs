@@ -162,3 +162,42 @@ fn chains_are_tried_where_they_may_learn() {
     assert!(!has_chain(&run("pool", 700, true)), "too little work");
     assert!(!has_chain(&run("cornell", 3000, true)), "nothing is smooth");
 }
+
+/// A guide is tried where pixels that share paths gain much, and the work is enough to teach it.
+#[test]
+fn guides_are_tried_where_light_is_seldom_found() {
+    let run = |name: &str, samples: u32, chains: bool| {
+        let mut description = builtin::by_name(name).unwrap();
+        (description.settings.width, description.settings.height) = (96, 96);
+        let task = AutoTask {
+            chains,
+            ..AutoTask::new([96, 96], samples)
+        };
+        let mut scene = Scene::new(&description).unwrap();
+        auto("auto")
+            .choose(&mut scene, &task, &AtomicBool::new(false))
+            .unwrap()
+    };
+    let guided = |choice: &Choice| {
+        let mut trials = choice.trials.iter();
+        trials
+            .find(|trial| trial.method.to_string() == "path:vmf")
+            .cloned()
+    };
+    let choice = run("lighthouse", 760, true);
+    let trial = guided(&choice).expect("it was tried");
+    // Four samples a frame, each dearer than a plain one.
+    let paths = trial.cost / choice.trials[0].cost;
+    assert!((8.0..16.0).contains(&paths), "{paths}");
+    assert!(trial.prior < 1.0 && trial.prior > 0.2, "{trial:?}");
+    assert_eq!(choice.method, trial.method, "{:?}", choice.trials);
+    assert!(
+        guided(&run("lighthouse", 760, false)).is_none(),
+        "of an image in parts"
+    );
+    assert!(guided(&run("lighthouse", 400, true)).is_none(), "too little work");
+    assert!(
+        guided(&run("cornell", 1000, true)).is_none(),
+        "light is found often"
+    );
+}
