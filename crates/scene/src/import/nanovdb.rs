@@ -154,8 +154,10 @@ pub(super) fn parse_within(
     let to_world = index_to_world(data).ok_or_else(ends)?
         * DAffine3::from_translation(low.as_dvec3() - 0.5)
         * DAffine3::from_scale(size.as_dvec3());
-    let inverse = to_world.inverse();
-    if !(to_world.is_finite() && inverse.is_finite() && to_world.matrix3.determinant() != 0.0) {
+    let flat = to_world.matrix3.determinant() == 0.0;
+    // Numbers that are finite in the file's precision may not be in ours.
+    let [to_world, inverse] = [to_world, to_world.inverse()].map(|map| map.as_affine3a());
+    if flat || !to_world.is_finite() || !inverse.is_finite() {
         return Err(ImportError::malformed(
             location(),
             "its map is flat or out of range",
@@ -165,7 +167,7 @@ pub(super) fn parse_within(
         resolution: size.to_array().map(|side| side as u32),
         values: values.into(),
         filter: GridFilter::Trilinear,
-        to_world: to_world.as_affine3a(),
+        to_world,
     })
 }
 
@@ -572,6 +574,11 @@ mod tests {
                 // Some lead to other bytes of the file: values, or an error.
                 let _ = read(&broken, None);
             }
+        }
+        for far in [1e39_f64, f64::INFINITY, 0.0] {
+            let mut stretched = sound.clone();
+            put(&mut stretched, start + MATRIX, &[far.to_le_bytes(); 3].concat());
+            assert!(error(&stretched, None).contains("flat or out of range"), "{far}");
         }
         let mut large = sound.clone();
         put(&mut large, SEGMENT + 100, &(1_i32 << 29).to_le_bytes());
