@@ -2,11 +2,36 @@
 
 use crate::chosen::choice_json;
 use crate::rendered::Rendered;
-use lightshed::film::{ImageComparison, ShardHeader};
+use lightshed::film::{ImageComparison, ShardHeader, process_cpu_seconds};
 use lightshed::integrator::Choice;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Instant;
+
+/// How long a part of the work took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Took {
+    /// Wall time.
+    pub seconds: f64,
+    /// Processor time of all threads, where it is known.
+    pub cpu_seconds: Option<f64>,
+}
+
+impl Took {
+    /// Does the work, and times it.
+    pub fn time<T>(work: impl FnOnce() -> T) -> (Self, T) {
+        let (start, cpu_start) = (Instant::now(), process_cpu_seconds());
+        let result = work();
+        let took = Self {
+            seconds: start.elapsed().as_secs_f64(),
+            cpu_seconds: process_cpu_seconds()
+                .zip(cpu_start)
+                .map(|(end, start)| end - start),
+        };
+        (took, result)
+    }
+}
 
 /// All figures of a finished rendering.
 pub struct Report {
@@ -22,8 +47,12 @@ pub struct Report {
     pub threads: usize,
     /// The GPU, where there was one, and seconds that the kernels of each name ran by its clock.
     pub device: Option<(String, BTreeMap<String, f64>)>,
-    /// Seconds that reading the scene and building its structures took.
+    /// Seconds until rendering began: reading and building, and what the method prepares.
     pub setup_seconds: f64,
+    /// Of that, reading the scene's files.
+    pub reading: Took,
+    /// Of that, building the scene and its trees.
+    pub building: Took,
     /// What the importer had to say.
     pub warnings: Vec<String>,
     /// Width and height in pixels.
@@ -88,6 +117,10 @@ impl Report {
             "device": self.device.as_ref().map(|(name, _)| name),
             "pass_seconds": self.device.as_ref().map(|(_, passes)| passes),
             "setup_seconds": self.setup_seconds,
+            "reading_seconds": self.reading.seconds,
+            "reading_cpu_seconds": self.reading.cpu_seconds,
+            "building_seconds": self.building.seconds,
+            "building_cpu_seconds": self.building.cpu_seconds,
             "seconds": self.rendered.seconds,
             "cpu_seconds": self.rendered.cpu_seconds,
             "paths_per_second": rate(self.paths(), self.rendered.seconds),

@@ -12,7 +12,7 @@ use crate::interruption::{INTERRUPTED, Interruption};
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::rendered::Rendered;
-use crate::report::Report;
+use crate::report::{Report, Took};
 use crate::shards::{
     check_frames, check_parts, default_out, done_already, file_of, header_of, image_key, is_done,
     one_after_the_other, options_of, plain_key,
@@ -80,7 +80,8 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         .or(frame.filter(|_| !arguments.method.capabilities().frames));
 
     let setup = Instant::now();
-    let (mut description, mut warnings) = describe(arguments)?;
+    let (mut reading, described) = Took::time(|| describe(arguments));
+    let (mut description, mut warnings) = described?;
     // What the method is, is settled on the way.
     let arguments = &mut arguments.clone();
     if let MethodRequest::Auto(auto) = &arguments.request {
@@ -144,7 +145,8 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     if let (Some(media), Some(frame)) = (&media, moment) {
         description = media.at(&description, frame);
     }
-    let mut scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    let (mut building, scene) = Took::time(|| Scene::new(&description));
+    let mut scene = scene.map_err(|error| Failure::because(&arguments.scene, &error))?;
     // What each task of a job spends before it renders.
     let reading_seconds = process_cpu_seconds();
     let chosen = choose(arguments, &mut scene, &options, frame)?;
@@ -318,6 +320,8 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             device,
             // Those of the first alone.
             setup_seconds: std::mem::take(&mut setup_seconds),
+            reading: std::mem::take(&mut reading),
+            building: std::mem::take(&mut building),
             warnings,
             size: [width, height],
             rendered,

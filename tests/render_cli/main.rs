@@ -154,11 +154,18 @@ fn json_holds_every_figure() {
         (&report["output"], &report["warnings"]),
         (&"b.exr".into(), &Value::Array(Vec::new()))
     );
+    let number = |key: &str| report[key].as_f64().unwrap();
     for key in ["seconds", "setup_seconds", "paths_per_second"] {
-        assert!(report[key].as_f64().unwrap() > 0.0, "{key}: {report}");
+        assert!(number(key) > 0.0, "{key}: {report}");
     }
+    // Two parts of one whole.
+    let (reading, building) = (number("reading_seconds"), number("building_seconds"));
+    assert!(reading > 0.0 && building > 0.0, "{report}");
+    assert!(reading + building < number("setup_seconds"), "{report}");
     if cfg!(target_os = "linux") {
-        assert!(report["cpu_seconds"].as_f64().unwrap() > 0.0);
+        for key in ["cpu_seconds", "reading_cpu_seconds", "building_cpu_seconds"] {
+            assert!(number(key) > 0.0, "{key}: {report}");
+        }
         assert!(report["paths_per_cpu_second"].as_f64().unwrap() > 0.0);
     }
     let image = read_exr(folder.file("b.exr")).unwrap();
