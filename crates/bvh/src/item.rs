@@ -2,13 +2,16 @@
 
 use crate::node::Node;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{BVec4A, Vec3, Vec4, Vec4Swizzles};
 use lightshed_lanes::Lanes;
 use lightshed_spatial::Bounds;
 
 /// Added to an index where it is stored as the bits of a float: indices below 2²⁹ become finite
 /// normal numbers, on which arithmetic is as fast as on any.
 const TAG: u32 = 1 << 30;
+
+/// The lanes of a corner.
+const XYZ: BVec4A = BVec4A::new(true, true, true, false);
 
 /// A box and the index of its primitive.
 ///
@@ -34,10 +37,17 @@ impl BoxItem {
 
     #[inline(always)]
     pub fn new(bounds: &Bounds, index: u32) -> Self {
+        Self::from_corners([bounds.min.extend(0.0), bounds.max.extend(0.0)], index)
+    }
+
+    /// Of the box between these corners, whose fourth coordinate means nothing.
+    #[inline(always)]
+    pub fn from_corners([min, max]: [Vec4; 2], index: u32) -> Self {
+        let tag = Vec4::new(0.0, 0.0, 0.0, f32::from_bits(index | TAG));
         Self {
             // Zeros become positive, so that minima are the same in any order.
-            low: (bounds.min + Vec3::ZERO).extend(f32::from_bits(index | TAG)),
-            high: (Vec3::ZERO - bounds.max).extend(0.0),
+            low: Vec4::select(XYZ, min + Vec4::ZERO, tag),
+            high: Vec4::select(XYZ, Vec4::ZERO - max, Vec4::ZERO),
         }
     }
 

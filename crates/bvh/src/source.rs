@@ -4,9 +4,8 @@ use crate::error::BuildError;
 use crate::item::BoxItem;
 use crate::primitive::{MAX_PRIMITIVES, Primitive};
 use core::ops::Range;
-use glam::Vec4;
+use glam::{BVec4A, Vec4};
 use lightshed_sampling::parallel::for_each_chunk;
-use lightshed_spatial::Bounds;
 
 /// Items that a thread makes at once.
 const CHUNK: usize = 1 << 13;
@@ -98,11 +97,12 @@ impl<'a, P: Primitive> Source<'a, P> {
 
     fn look_at(&self, range: Range<usize>) -> Part {
         let mut part = Part::NONE;
-        let mut valid = true;
+        let mut valid = BVec4A::TRUE;
         for primitive in &self.primitives[range.clone()] {
-            let bounds = primitive.bounds();
-            valid &= bounds.is_valid();
-            let item = self.scaled(&bounds, 0);
+            let corners = primitive.corners();
+            let [min, max] = corners;
+            valid &= min.cmple(max) & min.is_finite_mask() & max.is_finite_mask();
+            let item = self.scaled(corners, 0);
             let center = item.doubled_center();
             part = part.union(&Part {
                 bounds: item,
@@ -110,7 +110,7 @@ impl<'a, P: Primitive> Source<'a, P> {
                 wrong: usize::MAX,
             });
         }
-        if !valid {
+        if valid.bitmask() & 7 != 7 {
             let wrong = range
                 .into_iter()
                 .find(|&i| !self.primitives[i].bounds().is_valid());
@@ -138,7 +138,7 @@ impl<'a, P: Primitive> Source<'a, P> {
     /// The item of this index.
     #[inline(always)]
     pub fn item(&self, index: usize) -> BoxItem {
-        self.scaled(&self.primitives[index].bounds(), index as u32)
+        self.scaled(self.primitives[index].corners(), index as u32)
     }
 
     /// All items, in the order of the primitives.
@@ -152,12 +152,13 @@ impl<'a, P: Primitive> Source<'a, P> {
     }
 
     #[inline(always)]
-    fn scaled(&self, bounds: &Bounds, index: u32) -> BoxItem {
+    fn scaled(&self, corners: [Vec4; 2], index: u32) -> BoxItem {
         if self.factor == 1.0 {
-            return BoxItem::new(bounds, index);
+            return BoxItem::from_corners(corners, index);
         }
         let scale = |value: f32| (f64::from(value) * self.factor) as f32;
-        BoxItem::new(&Bounds::new(bounds.min.map(scale), bounds.max.map(scale)), index)
+        let scale = |corner: Vec4| Vec4::from_array(corner.to_array().map(scale));
+        BoxItem::from_corners(corners.map(scale), index)
     }
 }
 

@@ -120,24 +120,21 @@ pub fn build<L: Lanes>(
         costs[low] = own;
         costs[high] = infinity;
     }
-    // Depth first: from each node on, which joined last, to both of its parts. No branch depends on
-    // the shape of the tree, because that is as good as random.
-    let mut cell_of = [0u8; NODES];
-    let mut leaf_of = [0u8; NODES];
-    for node in count..2 * count - 1 {
-        let node = (3 * count - 2 - node) & 15;
-        let [low, high] = parts[node].map(|part| part as usize & 15);
-        let (cell, leaf, size) = (cell_of[node], leaf_of[node], sizes[low]);
-        (cell_of[low], leaf_of[low]) = (cell + 1, leaf);
-        (cell_of[high], leaf_of[high]) = (cell + 2 * size, leaf + size);
-    }
-    for node in 0..2 * count - 1 {
-        let node = node & 15;
-        cells[cell_of[node] as usize] =
-            groups[node].cell(first + u32::from(leaf_of[node]), u32::from(sizes[node]));
-    }
-    for i in 0..count {
-        order[leaf_of[i & 15] as usize] = groups[i & 15].index();
+    // Depth first. No branch depends on the shape of the tree, because that is as good as random:
+    // every node writes an index, also where the next leaf will write its own, and leaves its parts,
+    // also if it has none.
+    let mut waiting = [0u8; NODES];
+    waiting[0] = (2 * count - 2) as u8;
+    let (mut left, mut leaf) = (0, 0);
+    for cell in &mut cells[..2 * count - 1] {
+        let node = waiting[left & 15] as usize & 15;
+        *cell = groups[node].cell(first + leaf as u32, u32::from(sizes[node]));
+        order[leaf] = groups[node].index();
+        waiting[left & 15] = parts[node][1];
+        waiting[(left + 1) & 15] = parts[node][0];
+        let is_leaf = node < count;
+        leaf += usize::from(is_leaf);
+        left = if is_leaf { left.wrapping_sub(1) } else { left + 1 };
     }
 }
 
