@@ -98,12 +98,12 @@ impl Builder {
             }
             Method::Ploc { radius } => {
                 morton.sort(source, cells);
-                morton.gather(source, items);
+                morton.gather(source, items, order, BoxItem::index);
                 ploc.build(items, cells, order, 0, radius as usize);
             }
             Method::Subset(options) => {
                 morton.sort(source, cells);
-                morton.gather(source, items);
+                morton.gather(source, items, order, subset::weight);
                 subset::build(items, cells, order, &options);
             }
             Method::Binned | Method::Agglomerative => {

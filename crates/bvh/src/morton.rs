@@ -7,12 +7,15 @@
 use crate::item::BoxItem;
 use crate::primitive::Primitive;
 use crate::source::Source;
-use lightshed_lanes::prefetch;
+use glam::Vec4;
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::morton63_encode;
 
 /// Items that a thread takes at once.
 const CHUNK: usize = 1 << 13;
+/// Items whose codes are made at once.
+const BLOCK: usize = 8;
 /// How many items ahead of their turn are asked for.
 pub const PREFETCH_DISTANCE: usize = 24;
 /// So few words are sorted by comparisons.
@@ -58,15 +61,42 @@ impl Morton {
         (word & ((1 << self.index_bits) - 1)) as usize
     }
 
-    /// The items in order.
-    pub fn gather<P: Primitive>(&self, source: &Source<P>, sorted: &mut Vec<BoxItem>) {
+    /// The items in order, and what `look` says of each.
+    pub fn gather<P: Primitive>(
+        &self,
+        source: &Source<P>,
+        sorted: &mut Vec<BoxItem>,
+        said: &mut [u32],
+        look: impl Fn(&BoxItem) -> u32 + Copy + Sync,
+    ) {
         sorted.resize(source.len(), BoxItem::EMPTY);
-        for_each_chunk(sorted, CHUNK, |start, sorted| {
-            for (i, item) in sorted.iter_mut().enumerate() {
-                prefetch(source.primitive(self.index(start + i + PREFETCH_DISTANCE)));
-                *item = source.item(self.index(start + i));
-            }
-        });
+        self.gather_part(source, 0, sorted, said, look);
+    }
+
+    fn gather_part<P: Primitive>(
+        &self,
+        source: &Source<P>,
+        start: usize,
+        sorted: &mut [BoxItem],
+        said: &mut [u32],
+        look: impl Fn(&BoxItem) -> u32 + Copy + Sync,
+    ) {
+        if cfg!(feature = "parallel") && sorted.len() > CHUNK {
+            let middle = sorted.len() / 2;
+            let (low, high) = sorted.split_at_mut(middle);
+            let (said_low, said_high) = said.split_at_mut(middle);
+            join(
+                || self.gather_part(source, start, low, said_low, look),
+                || self.gather_part(source, start + middle, high, said_high, look),
+            );
+            return;
+        }
+        for (i, (item, said)) in sorted.iter_mut().zip(said).enumerate() {
+            let next = self.index(start + i + PREFETCH_DISTANCE);
+            prefetch(source.primitive(next));
+            *item = source.item(self.index(start + i));
+            *said = look(item);
+        }
     }
 
     /// Where the places from `start` to `end` are to be divided: before the first word with a one
@@ -86,14 +116,52 @@ fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) 
     let extent = (max - min).truncate().max_element();
     let scale = if extent > 0.0 { CELLS / extent } else { 0.0 };
     let scale = if scale.is_finite() { scale } else { 0.0 };
+    let lanes = LaneChoice::best();
     for_each_chunk(words, CHUNK, |start, words| {
-        for (i, word) in words.iter_mut().enumerate() {
-            let cell = (source.item(start + i).doubled_center() - min) * scale;
-            let cell = (cell + ROUND).to_array().map(|c| c.to_bits() & 0x1f_ffff);
-            let code = morton63_encode([cell[0], cell[1], cell[2]]);
-            *word = code << 1 >> index_bits << index_bits | (start + i) as u64;
-        }
+        lanes.run(Encode {
+            source,
+            min,
+            scale,
+            index_bits,
+            start,
+            words,
+        });
     });
+}
+
+/// Writes the words of consecutive items. Only integers depend on the lanes.
+struct Encode<'a, P> {
+    source: &'a Source<'a, P>,
+    min: Vec4,
+    scale: f32,
+    index_bits: u32,
+    start: usize,
+    words: &'a mut [u64],
+}
+
+impl<P: Primitive> LaneKernel for Encode<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        // Codes of eight at a time, which compilers make in lanes.
+        for (block, words) in self.words.chunks_mut(BLOCK).enumerate() {
+            let first = self.start + block * BLOCK;
+            let mut cells = [[0; BLOCK]; 3];
+            for i in 0..words.len() {
+                let cell = (self.source.item(first + i).doubled_center() - self.min) * self.scale;
+                let cell = (cell + ROUND).to_array().map(f32::to_bits);
+                for axis in 0..3 {
+                    cells[axis][i % BLOCK] = cell[axis] & 0x1f_ffff;
+                }
+            }
+            let codes: [u64; BLOCK] =
+                core::array::from_fn(|i| morton63_encode([cells[0][i], cells[1][i], cells[2][i]]));
+            for (i, (word, code)) in words.iter_mut().zip(codes).enumerate() {
+                *word = code << 1 >> self.index_bits << self.index_bits | (first + i) as u64;
+            }
+        }
+    }
 }
 
 /// Sorts words that agree in all bits from `top` up. The result is in `other` if `moved`, else in

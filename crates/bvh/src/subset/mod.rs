@@ -142,8 +142,14 @@ pub fn is_shallow(count: usize, options: &SubsetOptions) -> bool {
     options.interior == Interior::Binned && most <= MAX_DEPTH as u32
 }
 
+/// The weight of a primitive, by which subsets are drawn: bits of its diagonal's squared length.
+#[inline(always)]
+pub fn weight(item: &BoxItem) -> u32 {
+    item.diagonal_squared().to_bits()
+}
+
 /// Builds the tree over items that are sorted along a curve, at least one: `2n − 1` cells and `n`
-/// indices.
+/// indices, which at first are the [`weight`]s.
 pub fn build(sorted: &mut [BoxItem], cells: &mut [BoxItem], order: &mut [u32], options: &SubsetOptions) {
     let count = sorted.len();
     let sampling = Sampling {
@@ -152,13 +158,8 @@ pub fn build(sorted: &mut [BoxItem], cells: &mut [BoxItem], order: &mut [u32], o
         offset: f64::from(CounterRng::new(options.seed, 0, 0).next_f32()),
     };
     let items = &*sorted;
-    // The tree's memory has room for all that is needed on the way: squared weights and then
-    // choices lie where the order of the leaves will be.
-    for_each_chunk(order, CHUNK, |start, words| {
-        for (word, item) in words.iter_mut().zip(&items[start..]) {
-            *word = item.diagonal_squared().to_bits();
-        }
-    });
+    // The tree's memory has room for all that is needed on the way: weights and then choices lie
+    // where the order of the leaves will be.
     let places = sample(count, |i| f32::from_bits(order[i]), &sampling);
     let lanes = LaneChoice::best();
     let subset = Subset::build(lanes, sorted, &places, options, (&mut *cells, &mut *order));
