@@ -201,8 +201,15 @@ fn count(words: &[u64], shift: u32, counts: &mut [u32]) {
         return;
     }
     let mask = counts.len() - 1;
-    for &word in words {
-        counts[(word >> shift) as usize & mask] += 1;
+    // Neighbours are often of one bucket, and the second has to wait for the first. So words are
+    // taken in turn from both halves.
+    let (first, second) = words.split_at(words.len() / 2);
+    for (a, b) in first.iter().zip(second) {
+        counts[(a >> shift) as usize & mask] += 1;
+        counts[(b >> shift) as usize & mask] += 1;
+    }
+    if let Some(last) = second.get(first.len()) {
+        counts[(last >> shift) as usize & mask] += 1;
     }
 }
 
@@ -237,12 +244,21 @@ fn scatter_part(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base:
         *next = sum;
         sum += count;
     }
-    for &word in words {
+    let mut put = |word: u64| {
         let bucket = ((word >> shift) as usize & mask).wrapping_sub(base);
         if let Some(next) = next.get_mut(bucket) {
             to[*next as usize] = word;
             *next += 1;
         }
+    };
+    // As in `count`; the order within a bucket does not matter.
+    let (first, second) = words.split_at(words.len() / 2);
+    for (a, b) in first.iter().zip(second) {
+        put(*a);
+        put(*b);
+    }
+    if let Some(last) = second.get(first.len()) {
+        put(*last);
     }
 }
 

@@ -329,8 +329,8 @@ struct Upper {
 impl Upper {
     fn new(nodes: Vec<Node>, choices: &[u32], clusters: usize, options: &SubsetOptions) -> Self {
         let mut starts = vec![0u32; clusters + 1];
-        for &cluster in choices {
-            starts[cluster as usize + 1] += 1;
+        for run in choices.chunk_by(|a, b| a == b) {
+            starts[run[0] as usize + 1] += run.len() as u32;
         }
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];
@@ -438,10 +438,17 @@ fn scatter(items: &[BoxItem], choices: &[u32], first_cells: &[u32], base: u32, c
     // The first cluster may lie behind cells of nodes above it.
     let origin = if base == 0 { 0 } else { first_cells[0] };
     let mut next: Vec<u32> = first_cells.iter().map(|cell| cell - origin).collect();
-    for (item, choice) in items.iter().zip(choices) {
-        if let Some(next) = next.get_mut(choice.wrapping_sub(base) as usize) {
-            cells[*next as usize] = *item;
-            *next += 1;
+    // Neighbours are often of one cluster: they are moved together.
+    let mut start = 0;
+    for run in choices.chunk_by(|a, b| a == b) {
+        let items = &items[start..start + run.len()];
+        start += run.len();
+        if let Some(next) = next.get_mut(run[0].wrapping_sub(base) as usize) {
+            let from = *next as usize;
+            for (cell, item) in cells[from..from + items.len()].iter_mut().zip(items) {
+                *cell = *item;
+            }
+            *next += items.len() as u32;
         }
     }
 }
