@@ -197,7 +197,7 @@ fn builds() -> Vec<(String, BuildOptions)> {
     let mut subset = |name: &str, options: SubsetOptions| {
         all.push((name.to_owned(), Method::Subset(options).into()));
     };
-    for sweep in [0, 16] {
+    for sweep in [0, 12] {
         let options = SubsetOptions {
             insertion: Insertion::Planes,
             sweep,

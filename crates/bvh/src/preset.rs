@@ -53,11 +53,11 @@ impl Preset {
 
     fn costs(self) -> Costs {
         let (build, slowdown) = match self {
-            Self::Fastest => (110.0, 0.30),
-            Self::Fast => (200.0, 0.09),
-            Self::Medium => (320.0, 0.08),
-            Self::High => (520.0, 0.035),
-            Self::Best => (950.0, 0.0),
+            Self::Fastest => (105.0, 0.30),
+            Self::Fast => (190.0, 0.09),
+            Self::Medium => (285.0, 0.08),
+            Self::High => (485.0, 0.035),
+            Self::Best => (915.0, 0.0),
         };
         Costs { build, slowdown }
     }

@@ -1,6 +1,6 @@
 //! A subset of boxes, for tests.
 
-use super::{Sampling, Subset, SubsetOptions, sample};
+use super::{Sampling, Subset, SubsetOptions, sample, weight};
 use crate::item::BoxItem;
 use crate::morton::Morton;
 use crate::source::Source;
@@ -13,19 +13,20 @@ pub fn subset_of(boxes: &[Bounds], options: &SubsetOptions) -> (Vec<BoxItem>, Ve
     let (mut morton, mut sorted) = (Morton::default(), Vec::new());
     let mut cells = vec![BoxItem::EMPTY; 5 * boxes.len()];
     morton.sort(&source, &mut cells);
-    morton.gather(&source, &mut sorted);
+    let mut order = vec![0; boxes.len()];
+    morton.gather(&source, &mut sorted, &mut order, weight);
     let sampling = Sampling {
         fraction: 0.2,
         uniform: 0.1,
         offset: 0.3,
     };
-    let places = sample(sorted.len(), |i| sorted[i].diagonal_squared(), &sampling);
+    let places = sample(sorted.len(), |i| f32::from_bits(order[i]), &sampling);
     let subset = Subset::build(
         LaneChoice::best(),
         &sorted,
         &places,
         options,
-        (&mut cells, &mut vec![0; boxes.len()]),
+        (&mut cells, &mut order),
     );
     (sorted, places, subset)
 }

@@ -85,11 +85,11 @@ impl Default for SubsetOptions {
             fraction: 0.05,
             uniform: 0.1,
             window: 4,
-            cluster: 8,
+            cluster: 32,
             seed: 0,
             interior: Interior::Binned,
             insertion: Insertion::default(),
-            sweep: 16,
+            sweep: 12,
         }
     }
 }

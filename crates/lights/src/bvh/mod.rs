@@ -142,7 +142,11 @@ impl LightBvh {
             BvhBuild::Stochastic => {
                 order.encode(lights, |light| light.bounds, Curve::Morton);
                 collect_items(lights, Some(order.sort()), items);
-                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::default());
+                let subset = SubsetOptions {
+                    cluster: 8,
+                    ..SubsetOptions::default()
+                };
+                let clusters = Clusters::<LightExtent>::new(items, &subset);
                 let count = items.len();
                 let source = Clustered {
                     items,
