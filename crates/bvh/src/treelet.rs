@@ -108,14 +108,13 @@ pub fn build<L: Lanes>(
         active &= !(1 << high);
         let union = *groups[joined & 15].row();
         let low_mask = L::Mask::from_bits(1 << low);
-        let high_mask = L::Mask::from_bits(1 << high);
         boxes.set(low_mask, &union);
         let others = L::Mask::from_bits(active & !(1 << low));
         let own = boxes.areas_with(&union).select(others, infinity);
         let own_values = own.store();
+        // What stays in the lane of the group that is gone is not looked at.
         for i in 0..MOST {
-            let row = L::splat(own_values[i]).select(low_mask, costs[i]);
-            costs[i] = infinity.select(high_mask, row);
+            costs[i] = L::splat(own_values[i]).select(low_mask, costs[i]);
         }
         costs[low] = own;
         costs[high] = infinity;
