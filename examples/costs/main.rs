@@ -106,7 +106,9 @@ const HEAD: &str = "# Costs\n
 The commands at the head of `examples/costs/main.rs` make this table. Values are medians of one call, or of one element that a call processes, in
 nanoseconds. Beside them is the nearest limit that was measured in the same run: random numbers, reads of a working set of the same size,
 copies, or a simpler part that is always needed. Calls that take less than a nanosecond overlap with the surrounding code. If a row has a ratio
-below one, its data stays in a nearer cache than its size suggests.\n";
+below one, its data stays in a nearer cache than its size suggests.
+
+What builds of trees over triangles cost beside a copy of the boxes and the sort of their codes is in `docs/bvh.md`.\n";
 
 /// Three digits.
 fn short(x: f64) -> String {
