@@ -120,8 +120,8 @@ pub fn build<L: Lanes>(
         costs[high] = infinity;
     }
     // Depth first. No branch depends on the shape of the tree, because that is as good as random:
-    // every node writes an index, also where the next leaf will write its own, and leaves its parts,
-    // also if it has none.
+    // every node writes an index, also where the next leaf will write its own, and a leaf writes
+    // parts, too, which nobody takes.
     let mut waiting = [0u8; NODES];
     waiting[0] = (2 * count - 2) as u8;
     let (mut left, mut leaf) = (0, 0);
