@@ -2,10 +2,10 @@
 //! error at equal time of reuse against path tracing.
 //!
 //! ```sh
-//! cargo bench --bench volumes
-//! cargo bench --bench volumes -- --compare python3
-//! cargo bench --bench volumes -- --race
-//! cargo bench --bench volumes -- --agree
+//! cargo bench --features testkit --bench volumes
+//! cargo bench --features testkit --bench volumes -- --compare python3
+//! cargo bench --features testkit --bench volumes -- --race
+//! cargo bench --features testkit --bench volumes -- --agree
 //! ```
 //!
 //! The second form needs a Python with Mitsuba 3 in it, and the scene `blob_volume` in the folder

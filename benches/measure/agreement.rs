@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use lightshed::film::{Budget, FrameMethod, RenderOptions, process_cpu_seconds, render};
 use lightshed::integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
 use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, luminance};
-use lightshed_testkit::MeanTest;
+use lightshed::testkit::MeanTest;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::path::Path;

@@ -1,4 +1,4 @@
-"""Samples per CPU-second and variance of Mitsuba 3, for `cargo bench --bench throughput -- --compare PYTHON` and `--bench volumes`.
+"""Samples per CPU-second and variance of Mitsuba 3, for `cargo bench --bench throughput -- --compare PYTHON` and `--features testkit --bench volumes`.
 
 Reads lines `SCENE.xml WIDTH HEIGHT MAX_DEPTH SPP SEED` from standard input and answers each with
 `SAMPLES CPU_SECONDS MEAN VARIANCE` on one line: the mean of the image, and the variance of one sample, averaged over pixels and

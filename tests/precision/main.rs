@@ -8,6 +8,9 @@ mod emitters;
 mod film;
 mod flights;
 mod grid;
+// A file of the testkit alone: the whole testkit would be built for every example of this package.
+#[path = "../../crates/testkit/src/hostile_unit.rs"]
+mod hostile_unit;
 mod inverses;
 mod lights;
 mod materials;

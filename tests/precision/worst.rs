@@ -1,8 +1,8 @@
 //! The worst of many errors.
 
+use crate::hostile_unit::hostile_unit_f32;
 use lightshed::sampling::glam::Vec3;
 use lightshed::sampling::{CounterRng, UniformSphere};
-use lightshed_testkit::hostile_unit_f32;
 
 /// How errors are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -75,8 +75,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -92,7 +90,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
@@ -132,3 +130,5 @@ fn package_lightshed_vector_length3(v: vec3f) -> f32 {
 fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
     return v * (1.0 / package_lightshed_vector_length3(v));
 }
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;

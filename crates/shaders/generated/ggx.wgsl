@@ -1,7 +1,5 @@
 // Linked from ggx.wesl.
 
-const INVERSE_PI: f32 = 0.31830987;
-
 fn stretch(alpha: vec2f, direction: vec3f) -> vec3f {
     return vec3f(alpha * direction.xy, direction.z);
 }
@@ -12,7 +10,7 @@ fn ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
@@ -88,3 +86,5 @@ fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
 fn package_lightshed_vector_length3(v: vec3f) -> f32 {
     return sqrt(package_lightshed_vector_dot3(v, v));
 }
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;

@@ -64,7 +64,7 @@ fn light_of(sum: Moments, vertex: vec3f, origin: vec3f, cell: f32) -> package_li
         let factor = flux_scale(xx * xx + yy * yy + zz * zz + 2.0 * package_lightshed_vector_dot3(across, across));
         scale = (trace / sum.weight) / sum.weight * factor * factor;
     }
-    return package_lightshed__1grid_light_GridLight(origin + (vertex + mean) * cell, select(isotropic, 0.0, isotropic < 2e-6), min(sum.intensity, vec3f(package_lightshed__1grid_light__1F32_MAX)), sum.square_xx * scale, sum.normal / sum.weight, sum.square_yy * scale, sqrt(variance) * cell, sum.square_zz * scale, sum.square_across * scale, 0u);
+    return package_lightshed__1grid_light_GridLight(origin + (vertex + mean) * cell, select(isotropic, 0.0, isotropic < 2e-6), min(sum.intensity, vec3f(package_lightshed_float__1F32_MAX)), sum.square_xx * scale, sum.normal / sum.weight, sum.square_yy * scale, sqrt(variance) * cell, sum.square_zz * scale, sum.square_across * scale, 0u);
 }
 
 struct package_lightshed__1grid_light_GridLight {
@@ -80,13 +80,13 @@ struct package_lightshed__1grid_light_GridLight {
     padding: u32
 }
 
-const package_lightshed__1grid_light__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
 
 fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
     return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

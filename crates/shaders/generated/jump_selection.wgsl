@@ -21,9 +21,9 @@ fn jump_added(selection: JumpSelection, weight: f32) -> JumpSelection {
     }
     let larger = max(selection.weight_sum, weight);
     let smaller = min(selection.weight_sum, weight);
-    let sum = min(larger + smaller, package_lightshed_reservoir__1F32_MAX);
-    let low = min(selection.weight_sum_low + ((larger - sum) + smaller), package_lightshed_reservoir__1F32_MAX);
-    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    let sum = min(larger + smaller, package_lightshed_float__1F32_MAX);
+    let low = min(selection.weight_sum_low + ((larger - sum) + smaller), package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
@@ -41,11 +41,11 @@ fn jump_number(words: vec2u) -> f32 {
 fn jump_selected(selection: JumpSelection, item: vec2u, u: f32) -> JumpSelection {
     var next = selection;
     next.item = item;
-    next.threshold = min(selection.weight_sum / u, package_lightshed_reservoir__1F32_MAX);
+    next.threshold = min(selection.weight_sum / u, package_lightshed_float__1F32_MAX);
     return next;
 }
 
-const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 fn package_lightshed_vector__1is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 2139095040u) != 2139095040u;

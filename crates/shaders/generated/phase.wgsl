@@ -1,7 +1,5 @@
 // Linked from phase.wesl.
 
-const INVERSE_FOUR_PI: f32 = 0.07957747;
-
 struct ScatteringAngle {
     one_minus_cos: f32,
     one_plus_cos: f32
@@ -46,7 +44,7 @@ fn scattered_direction(direction: vec3f, angle: ScatteringAngle, u: f32) -> vec3
 }
 
 fn isotropic_phase() -> f32 {
-    return INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn isotropic_angle(u: f32) -> ScatteringAngle {
@@ -57,7 +55,7 @@ fn henyey_greenstein_phase(g: f32, angle: ScatteringAngle) -> f32 {
     let magnitude = abs(g);
     let rest = 1.0 - magnitude;
     let squared = rest * rest + 2.0 * magnitude * lobe_ahead(angle, g).one_minus_cos;
-    return INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
+    return package_lightshed_warp__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
 }
 
 fn henyey_greenstein_angle(g: f32, u: f32) -> ScatteringAngle {
@@ -180,3 +178,5 @@ fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;

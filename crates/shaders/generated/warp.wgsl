@@ -2,6 +2,8 @@
 
 const INVERSE_PI: f32 = 0.31830987;
 
+const INVERSE_FOUR_PI: f32 = 0.07957747;
+
 const TAU: f32 = 6.2831855;
 
 const F32_EPSILON: f32 = 1.1920929e-7;

@@ -85,6 +85,7 @@ pub const MODULES: &[Module] = &[
         ]
     ),
     module!("exponential"),
+    module!("float"),
     module!("frame"),
     module!("fresnel"),
     module!("ggx"),

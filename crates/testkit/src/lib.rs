@@ -29,6 +29,7 @@ mod conformance;
 mod directions;
 mod enumerate;
 mod fault;
+mod hostile_unit;
 mod jacobian;
 mod ks;
 mod mean;
@@ -47,6 +48,7 @@ pub use enumerate::{
     Chooser, Expectation, VectorExpectation, distribution, expectation, expectation_vector, for_each_outcome,
 };
 pub use fault::{CaughtFault, FaultError, check_faults};
+pub use hostile_unit::hostile_unit_f32;
 pub use jacobian::{JacobianEstimate, jacobian_determinant};
 pub use ks::{KolmogorovSmirnovReport, kolmogorov_smirnov_test};
 pub use mean::{MeanReport, MeanTest};
@@ -56,7 +58,7 @@ pub use rejection::StatisticsError;
 pub use skip::found_or_skipped;
 pub use sphere::{integrate_hemisphere, integrate_lobe, integrate_sphere};
 pub use tiles::{ChannelRatio, ImageMoments, TileOptions, TileReport, TileScore, compare_tiles};
-pub use ulp::{hostile_f32, hostile_unit_f32, relative_error, ulp_distance, ulp_error, ulp_size};
+pub use ulp::{hostile_f32, relative_error, ulp_distance, ulp_error, ulp_size};
 pub use uniform::{rng, uniform_f32, uniform_f64};
 
 /// The guide's code is a test.

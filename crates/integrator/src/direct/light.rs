@@ -211,20 +211,19 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             let Some(point) = point else { continue };
             let vertex = SurfaceVertex::new(scene, ray, point);
             let unwanted = vertex.bsdf.is_diffuse() && !self.options.bsdf_samples_where_diffuse;
-            let at = Lit {
+            let at = lit[place].insert(Lit {
                 site: self.sampler.site(|| vertex.shading_point()),
                 bsdf_samples: if unwanted { 0 } else { self.options.bsdf_samples },
                 vertex,
-            };
+            });
             let id = ids[place / each];
             let shift = match each {
                 1 => 0,
                 _ => CounterRng::at(seed, id.y << 16 | id.x, id.index, SHIFT_DIMENSION),
             };
-            self.sample_emitters(&at, (place % each) as u32, shift, rng, |ray, radiance| {
+            self.sample_emitters(at, (place % each) as u32, shift, rng, |ray, radiance| {
                 waiting.push(scene, ray, place / each, radiance, &mut from_emitters);
             });
-            lit[place] = Some(at);
         }
         waiting.flush(scene, &mut from_emitters);
         let from_bsdf = self.sample_bsdfs(&lit[..count], &mut rngs);
@@ -307,6 +306,9 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         let scene = self.scene;
         let mut sums = [Rgb::ZERO; MAX_BATCH];
         for round in 0..self.options.bsdf_samples {
+            if lit.iter().flatten().all(|at| at.bsdf_samples <= round) {
+                break;
+            }
             let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH], 0);
             for (place, (at, rng)) in lit.iter().zip(&mut *rngs).enumerate() {
                 let Some(at) = at.as_ref().filter(|at| round < at.bsdf_samples) else {
