@@ -77,5 +77,10 @@ fn line(share: f64, elapsed: f64) -> String {
 /// Hours, minutes and seconds.
 fn duration(seconds: f64) -> String {
     let seconds = seconds as u64;
-    format!("{:02}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+    format!(
+        "{:02}:{:02}:{:02}",
+        seconds / 3600,
+        seconds / 60 % 60,
+        seconds % 60
+    )
 }

@@ -66,10 +66,6 @@ var<storage, read_write> pyramid: array<u32>;
 @group(0) @binding(11)
 var<storage, read> level_below: array<u32>;
 
-const F32_MAX: f32 = 3.4028235e38;
-
-const SIGN: u32 = 2147483648u;
-
 const INFINITE: u32 = 2139095040u;
 
 const NONE: u32 = 4294967295u;
@@ -77,8 +73,6 @@ const NONE: u32 = 4294967295u;
 const LARGEST: vec2u = vec2u(2684354560u, 1114446484u);
 
 const SMALLEST: vec2u = vec2u(3758096384u, 1041313291u);
-
-const ONE: vec2u = vec2u(0u, 1072693248u);
 
 const DOUBLE_BIAS: i32 = 1023;
 
@@ -94,11 +88,11 @@ const STEP: u32 = 8u;
 
 fn key_of(bits: u32) -> u32 {
     let number = select(bits, 0u, (bits << 1u) == 0u);
-    return select(number | SIGN, ~number, number >= SIGN);
+    return select(number | package_lightshed_double_SIGN, ~number, number >= package_lightshed_double_SIGN);
 }
 
 fn bits_of(key: u32) -> u32 {
-    return select(~key, key ^ SIGN, key >= SIGN);
+    return select(~key, key ^ package_lightshed_double_SIGN, key >= package_lightshed_double_SIGN);
 }
 
 fn keys_of(number: vec3f) -> vec3u {
@@ -182,8 +176,8 @@ fn scaling(low: vec3u, high: vec3u) -> i32 {
         if package_lightshed_double__1double_less(extent, length) {
             extent = length;
         }
-        let a_size = vec2u(a.x, a.y & ~SIGN);
-        let b_size = vec2u(b.x, b.y & ~SIGN);
+        let a_size = vec2u(a.x, a.y & ~package_lightshed_double_SIGN);
+        let b_size = vec2u(b.x, b.y & ~package_lightshed_double_SIGN);
         if package_lightshed_double__1double_less(farthest, a_size) {
             farthest = a_size;
         }
@@ -196,7 +190,7 @@ fn scaling(low: vec3u, high: vec3u) -> i32 {
         return most;
     }
     if package_lightshed_double__1double_less(vec2u(0u), extent) && package_lightshed_double__1double_less(extent, SMALLEST) {
-        return min(exponent_of(package_lightshed_double__1double_divide(ONE, extent)), most);
+        return min(exponent_of(package_lightshed_double__1double_divide(package_lightshed_double_ONE, extent)), most);
     }
     return 0;
 }
@@ -215,7 +209,7 @@ fn scaled(bits: u32) -> f32 {
         return bitcast<f32>(select(bits, 0u, (bits << 1u) == 0u));
     }
     let double = package_lightshed_double__3double_from_f32_bits(bits);
-    if (double.y & ~SIGN) == 0u {
+    if (double.y & ~package_lightshed_double_SIGN) == 0u {
         return 0.0;
     }
     return bitcast<f32>(package_lightshed_double__3double_to_f32_bits(vec2u(double.x, double.y + (u32(frame.exponent) << 20u))));
@@ -227,7 +221,7 @@ fn scaled_corner(box: u32, corner: u32) -> vec3f {
 }
 
 fn kept(x: vec3f) -> vec3f {
-    return min(x, vec3f(F32_MAX));
+    return min(x, vec3f(package_lightshed_float__1F32_MAX));
 }
 
 fn doubled_center(box: u32) -> vec3f {
@@ -335,7 +329,7 @@ fn range_of(group: u32) -> vec2u {
 fn half_area(a_low: vec3f, a_high: vec3f, b_low: vec3f, b_high: vec3f) -> f32 {
     let d = min(a_low, b_low) + min(a_high, b_high);
     let sides = kept(d * d.yzx);
-    return min(sides.x + sides.y, F32_MAX) + sides.z;
+    return min(sides.x + sides.y, package_lightshed_float__1F32_MAX) + sides.z;
 }
 
 fn join_few(first: u32, count: u32, base: u32) {
@@ -514,6 +508,8 @@ const package_lightshed_double_INFINITE: u32 = 2146435072u;
 
 const package_lightshed_double_NAN: vec2u = vec2u(0u, 2146959360u);
 
+const package_lightshed_double_ONE: vec2u = vec2u(0u, 1072693248u);
+
 const package_lightshed_double_SIGN: u32 = 2147483648u;
 
 fn package_lightshed_double__1biased_exponent(a: vec2u) -> i32 {
@@ -676,6 +672,8 @@ fn package_lightshed_double_significand(a: vec2u) -> vec2u {
     let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
     return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 fn package_lightshed_morton__1morton30_encode(cell: vec3u) -> u32 {
     let spread = package_lightshed_morton__1spread_10(cell);

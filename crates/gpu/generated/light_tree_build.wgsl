@@ -45,14 +45,12 @@ var<storage, read_write> leaf_of: array<u32>;
 @group(0) @binding(9)
 var<storage, read> level_below: array<u32>;
 
-const F32_MAX: f32 = 3.4028235e38;
-
 const ROWS: u32 = 8u;
 
 const WIDTH: u32 = 8u;
 
 fn no_box() -> package_group_Box {
-    return package_group_Box(vec3f(F32_MAX), 0u, vec3f(-F32_MAX), 0u);
+    return package_group_Box(vec3f(package_lightshed_float__1F32_MAX), 0u, vec3f(-package_lightshed_float__1F32_MAX), 0u);
 }
 
 @compute @workgroup_size(256)
@@ -138,7 +136,7 @@ fn build_node(level: u32, node: u32) {
         let both = select(b, a, select(a > b, a < b, row < 3u));
         rows[place + row * WIDTH] = bitcast<u32>(select(select(both, a, no_b), b, no_a));
     }
-    rows[place + 6u * WIDTH] = bitcast<u32>(min(a_intensity + b_intensity, F32_MAX));
+    rows[place + 6u * WIDTH] = bitcast<u32>(min(a_intensity + b_intensity, package_lightshed_float__1F32_MAX));
     let a_normals = rows[child + 7u * WIDTH];
     let b_normals = rows[child + 7u * WIDTH + 1u];
     rows[place + 7u * WIDTH] = select(select(package_lightshed__1normal_ball__1ball_union(a_normals, b_normals), a_normals, no_b), b_normals, no_a);
@@ -206,8 +204,6 @@ const package_lightshed__1normal_ball__1ALL_NORMALS: u32 = 2139062271u;
 
 const package_lightshed__1normal_ball__1CENTER_STEPS: f32 = 127.0;
 
-const package_lightshed__1normal_ball__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed__1normal_ball__1RADIUS_STEP: f32 = 0.49803925;
 
 const package_lightshed__1normal_ball__1RADIUS_STEPS: f32 = 2.007874;
@@ -215,16 +211,16 @@ const package_lightshed__1normal_ball__1RADIUS_STEPS: f32 = 2.007874;
 const package_lightshed__1normal_ball__1TO_INTEGER: f32 = 8388608.0;
 
 fn package_lightshed__1normal_ball__1ball_pack(ball: package_lightshed__1normal_ball_NormalBall) -> u32 {
-    let counted = min(ball.center, vec3f(package_lightshed__1normal_ball__1F32_MAX)) + package_lightshed__1normal_ball__1CENTER_STEPS;
+    let counted = min(ball.center, vec3f(package_lightshed_float__1F32_MAX)) + package_lightshed__1normal_ball__1CENTER_STEPS;
     let wanted = min(max(counted, vec3f(0.0)), vec3f(2.0 * package_lightshed__1normal_ball__1CENTER_STEPS));
-    let step = min(wanted + package_lightshed__1normal_ball__1TO_INTEGER, vec3f(package_lightshed__1normal_ball__1F32_MAX));
-    let off = min(step - package_lightshed__1normal_ball__1TO_INTEGER, vec3f(package_lightshed__1normal_ball__1F32_MAX)) - wanted;
-    let radius = package_lightshed__1normal_ball__2as_it_is(ball.radius + sqrt(package_lightshed_vector_dot3(off, off))) + package_lightshed__1normal_ball_SLACK;
-    let radius_steps = package_lightshed__1normal_ball__2as_it_is(package_lightshed__1normal_ball__2as_it_is(radius) * package_lightshed__1normal_ball__1RADIUS_STEPS);
+    let step = min(wanted + package_lightshed__1normal_ball__1TO_INTEGER, vec3f(package_lightshed_float__1F32_MAX));
+    let off = min(step - package_lightshed__1normal_ball__1TO_INTEGER, vec3f(package_lightshed_float__1F32_MAX)) - wanted;
+    let radius = package_lightshed_float__2as_it_is(ball.radius + sqrt(package_lightshed_vector_dot3(off, off))) + package_lightshed__1normal_ball_SLACK;
+    let radius_steps = package_lightshed_float__2as_it_is(package_lightshed_float__2as_it_is(radius) * package_lightshed__1normal_ball__1RADIUS_STEPS);
     if !(radius_steps <= 255.0) {
         return package_lightshed__1normal_ball__1ALL_NORMALS;
     }
-    let radius_byte = bitcast<u32>(package_lightshed__1normal_ball__2as_it_is(radius_steps + 0.5) + package_lightshed__1normal_ball__1TO_INTEGER) & 255u;
+    let radius_byte = bitcast<u32>(package_lightshed_float__2as_it_is(radius_steps + 0.5) + package_lightshed__1normal_ball__1TO_INTEGER) & 255u;
     let bytes = bitcast<vec3u>(step) & vec3u(255u);
     return (bytes.x << 24u) | (bytes.y << 16u) | (bytes.z << 8u) | radius_byte;
 }
@@ -233,25 +229,21 @@ fn package_lightshed__1normal_ball__1ball_union(a: u32, b: u32) -> u32 {
     let ball_a = package_lightshed__1normal_ball__1ball_unpack(a);
     let ball_b = package_lightshed__1normal_ball__1ball_unpack(b);
     let across = ball_b.center - ball_a.center;
-    let distance = package_lightshed__1normal_ball__2as_it_is(sqrt(package_lightshed_vector_dot3(across, across)) * 1.0000005);
-    if package_lightshed__1normal_ball__2as_it_is(distance + ball_b.radius) <= ball_a.radius {
+    let distance = package_lightshed_float__2as_it_is(sqrt(package_lightshed_vector_dot3(across, across)) * 1.0000005);
+    if package_lightshed_float__2as_it_is(distance + ball_b.radius) <= ball_a.radius {
         return a;
     }
-    if package_lightshed__1normal_ball__2as_it_is(distance + ball_a.radius) <= ball_b.radius {
+    if package_lightshed_float__2as_it_is(distance + ball_a.radius) <= ball_b.radius {
         return b;
     }
-    let radius = package_lightshed__1normal_ball__2as_it_is((distance + ball_a.radius + ball_b.radius) * 0.5);
+    let radius = package_lightshed_float__2as_it_is((distance + ball_a.radius + ball_b.radius) * 0.5);
     let part = (radius - ball_a.radius) / max(distance, 1.0);
     return package_lightshed__1normal_ball__1ball_pack(package_lightshed__1normal_ball_NormalBall(ball_a.center + across * part, radius));
 }
 
 fn package_lightshed__1normal_ball__1ball_unpack(bits: u32) -> package_lightshed__1normal_ball_NormalBall {
     let steps = vec3f((vec3u(bits) >> vec3u(24u, 16u, 8u)) & vec3u(255u)) - package_lightshed__1normal_ball__1CENTER_STEPS;
-    return package_lightshed__1normal_ball_NormalBall(min(steps, vec3f(package_lightshed__1normal_ball__1F32_MAX)), package_lightshed__1normal_ball__2as_it_is(f32(bits & 255u) * package_lightshed__1normal_ball__1RADIUS_STEP));
-}
-
-fn package_lightshed__1normal_ball__2as_it_is(x: f32) -> f32 {
-    return min(x, package_lightshed__1normal_ball__1F32_MAX);
+    return package_lightshed__1normal_ball_NormalBall(min(steps, vec3f(package_lightshed_float__1F32_MAX)), package_lightshed_float__2as_it_is(f32(bits & 255u) * package_lightshed__1normal_ball__1RADIUS_STEP));
 }
 
 const package_lightshed_curve_BITS: u32 = 21u;
@@ -522,6 +514,12 @@ fn package_lightshed_double_rounded(sign: u32, exponent: i32, bits: vec2u) -> ve
 fn package_lightshed_double_significand(a: vec2u) -> vec2u {
     let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
     return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
+}
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_float__2as_it_is(x: f32) -> f32 {
+    return min(x, package_lightshed_float__1F32_MAX);
 }
 
 fn package_lightshed_morton__1morton30_encode(cell: vec3u) -> u32 {

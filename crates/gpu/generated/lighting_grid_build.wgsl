@@ -312,22 +312,16 @@ fn gather_lights(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_
         return;
     }
     let vertex = vertex_at(place);
-    let cells = 1u << (lighting_frame.levels - 1u);
     var sum = package_lightshed__1grid_moments__1no_moments();
-    for (var row = 0u; row < 4u; row++) {
-        let y = vertex.y - 1u + (row & 1u);
-        let z = vertex.z - 1u + (row >> 1u);
-        if y >= cells || z >= cells {
+    for (var k = 0u; k < 4u; k++) {
+        let row = package_lightshed__1grid_light__1cells_beside(vertex, k, lighting_frame.levels);
+        if row.first == row.end {
             continue;
         }
-        let start = (z * cells + y) * cells;
-        let first = max(vertex.x, 1u) - 1u;
-        let end = place_of_key(start + min(vertex.x + 1u, cells));
-        for (var i = place_of_key(start + first); i < end; i++) {
+        let end = place_of_key(row.end);
+        for (var i = place_of_key(row.first); i < end; i++) {
             let light = grid_points[i];
-            let x = grid_keys[i] - start;
-            let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
-            let offset = fraction - vec3f(vec3u(vertex.x - x, vertex.y - y, vertex.z - z));
+            let offset = package_lightshed__1grid_light__2offset_from_vertex(light, grid_keys[i], row, vertex);
             sum = package_lightshed__1grid_moments__1with_light(sum, offset, light.intensity, light.normal);
         }
     }
@@ -429,6 +423,14 @@ var<workgroup> package_group_lows: array<vec3f, 256>;
 
 var<workgroup> package_group_parts: array<u32, 256>;
 
+struct package_lightshed__1grid_light_CellRow {
+    y: u32,
+    z: u32,
+    start: u32,
+    first: u32,
+    end: u32
+}
+
 struct package_lightshed__1grid_light_GridFrame {
     origin: vec3f,
     levels: u32,
@@ -462,7 +464,21 @@ struct package_lightshed__1grid_light_GridPoint {
     fraction_z: f32
 }
 
-const package_lightshed__1grid_light__1F32_MAX: f32 = 3.4028235e38;
+fn package_lightshed__1grid_light__1cells_beside(vertex: vec3u, row: u32, levels: u32) -> package_lightshed__1grid_light_CellRow {
+    let cells = 1u << (levels - 1u);
+    let y = vertex.y - 1u + (row & 1u);
+    let z = vertex.z - 1u + (row >> 1u);
+    if y >= cells || z >= cells {
+        return package_lightshed__1grid_light_CellRow(y, z, 0u, 0u, 0u);
+    }
+    let start = (z * cells + y) * cells;
+    return package_lightshed__1grid_light_CellRow(y, z, start, start + max(vertex.x, 1u) - 1u, start + min(vertex.x + 1u, cells));
+}
+
+fn package_lightshed__1grid_light__2offset_from_vertex(light: package_lightshed__1grid_light_GridPoint, key: u32, row: package_lightshed__1grid_light_CellRow, vertex: vec3u) -> vec3f {
+    let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
+    return fraction - vec3f(vertex - vec3u(key - row.start, row.y, row.z));
+}
 
 struct package_lightshed__1grid_moments_Moments {
     first: vec3f,
@@ -501,7 +517,7 @@ fn package_lightshed__1grid_moments__1light_of(sum: package_lightshed__1grid_mom
         let factor = package_lightshed__1grid_moments__1flux_scale(xx * xx + yy * yy + zz * zz + 2.0 * package_lightshed_vector_dot3(across, across));
         scale = (trace / sum.weight) / sum.weight * factor * factor;
     }
-    return package_lightshed__1grid_light_GridLight(origin + (vertex + mean) * cell, select(isotropic, 0.0, isotropic < 2e-6), min(sum.intensity, vec3f(package_lightshed__1grid_light__1F32_MAX)), sum.square_xx * scale, sum.normal / sum.weight, sum.square_yy * scale, sqrt(variance) * cell, sum.square_zz * scale, sum.square_across * scale, 0u);
+    return package_lightshed__1grid_light_GridLight(origin + (vertex + mean) * cell, select(isotropic, 0.0, isotropic < 2e-6), min(sum.intensity, vec3f(package_lightshed_float__1F32_MAX)), sum.square_xx * scale, sum.normal / sum.weight, sum.square_yy * scale, sqrt(variance) * cell, sum.square_zz * scale, sum.square_across * scale, 0u);
 }
 
 fn package_lightshed__1grid_moments__1no_moments() -> package_lightshed__1grid_moments_Moments {
@@ -777,6 +793,8 @@ fn package_lightshed_double_significand(a: vec2u) -> vec2u {
     let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
     return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -10,12 +10,6 @@ struct Path {
     eta_squared: f32
 }
 
-const FROM_CAMERA: u32 = 0u;
-
-const BY_DENSITY: u32 = 1u;
-
-const BY_DELTA: u32 = 2u;
-
 struct Shadow {
     ray: package_lightshed_ray_Ray,
     radiance: vec3f,
@@ -59,8 +53,6 @@ var<storage, read_write> film: array<Pixel>;
 @group(2) @binding(7)
 var<storage, read> step: Step;
 
-const F32_MAX: f32 = 3.4028235e38;
-
 fn total_paths() -> u32 {
     return package_memory_scene_settings.pixels * step.samples;
 }
@@ -81,7 +73,7 @@ fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     }
     let pixel = pixel_of(path);
     let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package_memory_pixels__1pixel_block(pixel, sample_of(path), 0u));
-    paths[path] = Path(ray, vec3f(1.0), 0.0, vec3f(0.0), FROM_CAMERA, ray.origin, 1.0);
+    paths[path] = Path(ray, vec3f(1.0), 0.0, vec3f(0.0), package_bounce__1FROM_CAMERA, ray.origin, 1.0);
     queues[path] = path;
     if path == 0u {
         atomicStore(&counts[2], total_paths());
@@ -108,7 +100,7 @@ fn extend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
 
 fn met(path: Path, emitted: vec3f, pdf: f32) -> vec3f {
     var weight = 1.0;
-    if path.bounce == BY_DENSITY {
+    if path.bounce == package_bounce__1BY_DENSITY {
         weight = package_lightshed_measure__1power_heuristic(path.pdf, pdf);
     }
     return path.throughput * (emitted * weight);
@@ -177,7 +169,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     }
     if goes_on {
         path.pdf = scattered.pdf;
-        path.bounce = select(BY_DENSITY, BY_DELTA, scattered.is_delta);
+        path.bounce = select(package_bounce__1BY_DENSITY, package_bounce__1BY_DELTA, scattered.is_delta);
         path.start = point.position;
         path.ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, scattered.wi));
         let slot = atomicAdd(&counts[2u * step.depth + 2u], 1u);
@@ -207,11 +199,11 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     var pixel = film[index];
     for (var i = 0u; i < step.samples; i++) {
         let value = paths[index + i * package_memory_scene_settings.pixels].radiance;
-        let sum = min(pixel.sum + value, vec3f(F32_MAX));
+        let sum = min(pixel.sum + value, vec3f(package_lightshed_float__1F32_MAX));
         let larger = max(pixel.sum, value);
         let lost = (larger - sum) + min(pixel.sum, value);
-        let low = min(pixel.sum_low + lost, vec3f(F32_MAX));
-        let total = min(sum + low, vec3f(F32_MAX));
+        let low = min(pixel.sum_low + lost, vec3f(package_lightshed_float__1F32_MAX));
+        let total = min(sum + low, vec3f(package_lightshed_float__1F32_MAX));
         pixel.sum_low = low - (total - sum);
         pixel.sum = total;
         pixel.squares += value * value;
@@ -219,6 +211,12 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     }
     film[index] = pixel;
 }
+
+const package_bounce__1BY_DELTA: u32 = 2u;
+
+const package_bounce__1BY_DENSITY: u32 = 1u;
+
+const package_bounce__1FROM_CAMERA: u32 = 0u;
 
 const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
 
@@ -285,8 +283,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -316,7 +312,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -356,7 +352,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -373,7 +369,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -444,7 +440,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_Mat
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
     var cumulative = 0.0;
@@ -890,8 +886,6 @@ struct package_lightshed_emitter_EmitterSample {
 
 const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
 
-const package_lightshed_emitter_TAU: f32 = 6.2831855;
-
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
 
 fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
@@ -947,7 +941,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -992,7 +986,7 @@ fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_D
     }
     let chord = direction - light.axis;
     let sine = min(0.5 * package_lightshed_vector_length3(chord), 1.0);
-    let angle = 2.0 * package_lightshed_emitter_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
+    let angle = 2.0 * package_lightshed_warp_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
     return light.intensity * max((light.cutoff_angle - angle) * light.inverse_transition, 0.0);
 }
 
@@ -1000,7 +994,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1013,8 +1007,6 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     }
     return package_memory_scene__1emitter_groups().surroundings;
 }
-
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
 
@@ -1055,6 +1047,8 @@ fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f3
     }
     return package_lightshed_emitter_EmitterSample(d / sqrt(distance_squared), package_lightshed_emitter__2NO_OTHER_WAY, weight, true, light.place);
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
@@ -1119,8 +1113,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1136,7 +1128,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -1170,8 +1162,6 @@ struct package_lightshed_material_MaterialAt {
     uv: vec2f
 }
 
-const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
     if !(a > 0.0) {
         return 0.0;
@@ -1183,7 +1173,7 @@ fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
 fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
     let cosine = abs(cos_theta);
     if cosine > 0.0 {
-        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
 }
@@ -1482,8 +1472,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -1493,9 +1481,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -1517,8 +1505,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -1533,7 +1521,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -1697,7 +1685,11 @@ fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
     return v * (1.0 / package_lightshed_vector_length3(v));
 }
 
+const package_lightshed_warp_TAU: f32 = 6.2831855;
+
 const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
 
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
@@ -1720,6 +1712,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;

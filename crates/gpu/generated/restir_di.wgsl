@@ -1,14 +1,12 @@
 // Linked from restir_di.wesl.
 
-const CAMERA: u32 = 0u;
-
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let pixel = package_memory_pixels__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_di_light_block(pixel, CAMERA));
+    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_di_light_block(pixel, package_primaries_CAMERA));
     let hit = package_lightshed_cwbvh_intersect(ray);
     package_primaries_primaries[pixel] = package_primaries_Primary(hit, ray.direction, 0u);
     var emitted = vec3f(0.0);
@@ -551,6 +549,10 @@ fn package_lightshed__1light_tree_mixed(bits: vec2u) -> vec2u {
     return z ^ package_lightshed_wide__2wide_shift_right(z, 31u);
 }
 
+const package_lightshed__1normal_ball__1CENTER_STEPS: f32 = 127.0;
+
+const package_lightshed__1normal_ball__1RADIUS_STEP: f32 = 0.49803925;
+
 struct package_lightshed_alias_AliasEntry {
     threshold: u32,
     alias_index: u32
@@ -614,8 +616,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -645,7 +645,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -685,7 +685,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -702,7 +702,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -777,7 +777,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_Mat
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
     var cumulative = 0.0;
@@ -1483,7 +1483,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1498,7 +1498,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1512,7 +1512,9 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     return package_memory_scene__1emitter_groups().surroundings;
 }
 
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_float__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
@@ -1577,8 +1579,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1594,7 +1594,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -1660,9 +1660,14 @@ struct package_lightshed_importance_ShadingPoint {
     facing: u32
 }
 
-const package_lightshed_importance__1CENTER_STEPS: f32 = 127.0;
-
-const package_lightshed_importance__1F32_MAX: f32 = 3.4028235e38;
+struct package_lightshed_importance_Spans {
+    dx: vec4f,
+    dy: vec4f,
+    dz: vec4f,
+    hx: vec4f,
+    hy: vec4f,
+    hz: vec4f
+}
 
 const package_lightshed_importance__1FACING_ALL: u32 = 2u;
 
@@ -1677,8 +1682,6 @@ const package_lightshed_importance__1MIN_RATIO: f32 = 1e-5;
 const package_lightshed_importance__1MIN_SHARE: f32 = 1.9073486e-6;
 
 const package_lightshed_importance__1MIN_SQUARED: f32 = 1e-28;
-
-const package_lightshed_importance__1RADIUS_STEP: f32 = 0.49803925;
 
 const package_lightshed_importance__1WEIGHTING_YUKSEL: u32 = 2u;
 
@@ -1758,18 +1761,13 @@ fn package_lightshed_importance__1running_sums(x: package_lightshed_importance_E
 }
 
 fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> package_lightshed_importance_Seen {
-    let low_x = rows.low_x - at.position.x;
-    let low_y = rows.low_y - at.position.y;
-    let low_z = rows.low_z - at.position.z;
-    let high_x = rows.high_x - at.position.x;
-    let high_y = rows.high_y - at.position.y;
-    let high_z = rows.high_z - at.position.z;
-    let dx = low_x + high_x;
-    let dy = low_y + high_y;
-    let dz = low_z + high_z;
-    let hx = high_x - low_x;
-    let hy = high_y - low_y;
-    let hz = high_z - low_z;
+    let spans = package_lightshed_importance__1spans_from(at.position, rows);
+    let dx = spans.dx;
+    let dy = spans.dy;
+    let dz = spans.dz;
+    let hx = spans.hx;
+    let hy = spans.hy;
+    let hz = spans.hz;
     var seen: package_lightshed_importance_Seen;
     seen.d_squared = package_lightshed_importance__1dot_rows(dx, dy, dz, dx, dy, dz);
     seen.h_squared = package_lightshed_importance__1dot_rows(hx, hy, hz, hx, hy, hz);
@@ -1782,13 +1780,13 @@ fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_Sha
     let far_z = abs(dz) + hz;
     seen.far_squared = max(package_lightshed_importance__1dot_rows(far_x, far_y, far_z, far_x, far_y, far_z), vec4f(package_lightshed_importance__1MIN_SQUARED));
     let inverse = package_lightshed_importance__2about_inverse_root(max(seen.d_squared, seen.h_squared));
-    let vx = vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS;
-    let vy = vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
-    let vz = vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
-    let radius = package_lightshed_importance__2as_it_is(vec4f(rows.normals & vec4u(255u)) * package_lightshed_importance__1RADIUS_STEP);
+    let vx = vec4f(rows.normals >> vec4u(24u)) - package_lightshed__1normal_ball__1CENTER_STEPS;
+    let vy = vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed__1normal_ball__1CENTER_STEPS;
+    let vz = vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed__1normal_ball__1CENTER_STEPS;
+    let radius = package_lightshed_importance__2as_it_is(vec4f(rows.normals & vec4u(255u)) * package_lightshed__1normal_ball__1RADIUS_STEP);
     let emitted_mean = -package_lightshed_importance__1dot_rows(vx, vy, vz, dx, dy, dz);
     let emitted_reach = package_lightshed_importance__1dot_rows(abs(vx), abs(vy), abs(vz), hx, hy, hz) + radius * (hx + hy + hz);
-    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__4MAX_INVERSE_SQRT_TIMES_ROOT + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS);
+    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__4MAX_INVERSE_SQRT_TIMES_ROOT + package_lightshed_importance_MARGIN * package_lightshed__1normal_ball__1CENTER_STEPS);
     let emitted = package_lightshed_importance__2clamped_mean_4s((emitted_mean + emitted_reach) * inverse + emitted_margin, (emitted_mean - emitted_reach) * inverse - emitted_margin);
     let emitted_spread = emitted_reach * inverse + emitted_margin;
     let shines = rows.intensity > vec4f(0.0);
@@ -1821,18 +1819,13 @@ fn package_lightshed_importance__1segment_ends(at: package_lightshed_importance_
 }
 
 fn package_lightshed_importance__1segment_weights(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> vec4f {
-    let low_x = rows.low_x - at.position.x;
-    let low_y = rows.low_y - at.position.y;
-    let low_z = rows.low_z - at.position.z;
-    let high_x = rows.high_x - at.position.x;
-    let high_y = rows.high_y - at.position.y;
-    let high_z = rows.high_z - at.position.z;
-    let dx = low_x + high_x;
-    let dy = low_y + high_y;
-    let dz = low_z + high_z;
-    let hx = high_x - low_x;
-    let hy = high_y - low_y;
-    let hz = high_z - low_z;
+    let spans = package_lightshed_importance__1spans_from(at.position, rows);
+    let dx = spans.dx;
+    let dy = spans.dy;
+    let dz = spans.dz;
+    let hx = spans.hx;
+    let hy = spans.hy;
+    let hz = spans.hz;
     let to = at.normal;
     let length = 2.0 * at.reflectance_bound;
     let along = dx * to.x + dy * to.y + dz * to.z;
@@ -1843,9 +1836,9 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
     let off_squared = max(package_lightshed_importance__1dot_rows(off_x, off_y, off_z, off_x, off_y, off_z), h_squared);
     let off = sqrt(max(off_squared, vec4f(package_lightshed_importance__1MIN_SQUARED)));
     let seen = atan2(off * length, off * off - along * (length - along));
-    let vx = (vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
-    let vy = (vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
-    let vz = (vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
+    let vx = (vec4f(rows.normals >> vec4u(24u)) - package_lightshed__1normal_ball__1CENTER_STEPS) / package_lightshed__1normal_ball__1CENTER_STEPS;
+    let vy = (vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed__1normal_ball__1CENTER_STEPS) / package_lightshed__1normal_ball__1CENTER_STEPS;
+    let vz = (vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed__1normal_ball__1CENTER_STEPS) / package_lightshed__1normal_ball__1CENTER_STEPS;
     let radius = vec4f(rows.normals & vec4u(255u)) / 255.0;
     let middle_x = dx - to.x * (0.5 * length);
     let middle_y = dy - to.y * (0.5 * length);
@@ -1860,14 +1853,22 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
     let weight = rows.intensity * emitted * (seen / off);
     let positive = (emitted > vec4f(0.0)) & (rows.intensity > vec4f(0.0));
     let finite = select(vec4f(package_lightshed_importance__1MAX_WEIGHT), weight, weight < vec4f(package_lightshed_importance__1MAX_WEIGHT));
-    return select(vec4f(0.0), max(finite, vec4f(package_lightshed_importance__2F32_MIN_POSITIVE)), positive);
+    return select(vec4f(0.0), max(finite, vec4f(package_lightshed_float__2F32_MIN_POSITIVE)), positive);
+}
+
+fn package_lightshed_importance__1spans_from(position: vec3f, rows: package_lightshed_importance_Rows) -> package_lightshed_importance_Spans {
+    let low_x = rows.low_x - position.x;
+    let low_y = rows.low_y - position.y;
+    let low_z = rows.low_z - position.z;
+    let high_x = rows.high_x - position.x;
+    let high_y = rows.high_y - position.y;
+    let high_z = rows.high_z - position.z;
+    return package_lightshed_importance_Spans(low_x + high_x, low_y + high_y, low_z + high_z, high_x - low_x, high_y - low_y, high_z - low_z);
 }
 
 fn package_lightshed_importance__1surface_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
     return package_lightshed_importance__1ends_of(package_lightshed_importance__1seen_from(at, low), package_lightshed_importance__1seen_from(at, high), weighting);
 }
-
-const package_lightshed_importance__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 const package_lightshed_importance__2WEIGHTING_MIN_MAX: u32 = 1u;
 
@@ -1876,7 +1877,7 @@ fn package_lightshed_importance__2about_inverse_root(x: vec4f) -> vec4f {
 }
 
 fn package_lightshed_importance__2as_it_is(x: vec4f) -> vec4f {
-    return min(x, vec4f(package_lightshed_importance__1F32_MAX));
+    return min(x, vec4f(package_lightshed_float__1F32_MAX));
 }
 
 fn package_lightshed_importance__2clamped_mean_4s(high: vec4f, low: vec4f) -> vec4f {
@@ -2024,8 +2025,6 @@ struct package_lightshed_mis_Pairwise {
     neighbour_confidence: f32
 }
 
-const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
     return package_lightshed_mis_share(confidence * density, total);
 }
@@ -2035,11 +2034,11 @@ fn package_lightshed_mis__1pairwise_canonical(pairwise: package_lightshed_mis_Pa
 }
 
 fn package_lightshed_mis__1pairwise_defensive(canonical: f32, neighbours: f32) -> package_lightshed_mis_Pairwise {
-    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_mis__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
+    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_float__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
 }
 
 fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
-    let theirs = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    let theirs = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
     var fraction = 1.0;
     if theirs > 0.0 {
         fraction = package_lightshed_mis_share(p, p + theirs);
@@ -2048,13 +2047,13 @@ fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwis
 }
 
 fn package_lightshed_mis__1pairwise_neighbour(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
-    let mine = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    let mine = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
     return pairwise.kappa * package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * package_lightshed_mis_share(mine, p + mine);
 }
 
 fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
     if part > 0.0 {
-        return min(part / min(total, package_lightshed_mis__1F32_MAX), 1.0);
+        return min(part / min(total, package_lightshed_float__1F32_MAX), 1.0);
     }
     return 0.0;
 }
@@ -2088,8 +2087,6 @@ struct package_lightshed_reservoir_Selection {
     weight_sum_low: f32
 }
 
-const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
 
 const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
@@ -2098,14 +2095,14 @@ fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshe
     if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
         return 0.0;
     }
-    return min(selection.weight_sum / target_value, package_lightshed_reservoir__1F32_MAX);
+    return min(selection.weight_sum / target_value, package_lightshed_float__1F32_MAX);
 }
 
 fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
     if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
         return package_lightshed_reservoir_Offered(selection, false);
     }
-    let sum = min(selection.weight_sum + weight, package_lightshed_reservoir__1F32_MAX);
+    let sum = min(selection.weight_sum + weight, package_lightshed_float__1F32_MAX);
     var lost: f32;
     if selection.weight_sum >= weight {
         lost = (selection.weight_sum - sum) + weight;
@@ -2113,8 +2110,8 @@ fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Sele
     else {
         lost = (weight - sum) + selection.weight_sum;
     }
-    let low = min(selection.weight_sum_low + lost, package_lightshed_reservoir__1F32_MAX);
-    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    let low = min(selection.weight_sum_low + lost, package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
@@ -2403,8 +2400,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -2414,9 +2409,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -2438,8 +2433,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -2454,7 +2449,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -2624,6 +2619,8 @@ fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
 
 const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
 
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
+
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
 }
@@ -2651,6 +2648,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;
@@ -2948,6 +2947,8 @@ var<storage, read> package_memory_scene_tables: array<u32>;
 @group(0) @binding(2)
 var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
 
+const package_primaries_CAMERA: u32 = 0u;
+
 struct package_primaries_Primary {
     hit: package_lightshed_ray_Hit,
     direction: vec3f,
@@ -3040,8 +3041,6 @@ var<private> package_reuse_gathered: vec3f;
 
 var<private> package_reuse_kept: package__1restir_di_light_Light;
 
-const package_selected__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_selected__1area_of(emitter: package_lightshed_emitter_Emitter) -> f32 {
     return 0.5 * package_lightshed_vector_length3(package_lightshed_vector_cross3(emitter.edge0, emitter.edge1));
 }
@@ -3054,10 +3053,10 @@ fn package_selected__1seen_emission(point: package_lightshed_surface_SurfacePoin
 }
 
 fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoint, wo: vec3f) -> package_lightshed_importance_ShadingPoint {
-    var bound = package_lightshed_importance__1F32_MAX;
+    var bound = package_lightshed_float__1F32_MAX;
     if package_lightshed_bsdf__2is_diffuse_alone(point.material) {
         let albedo = package_lightshed_bsdf__1first_color(point.material);
-        bound = package_lightshed_color_luminance(albedo) * package_selected__1INVERSE_PI;
+        bound = package_lightshed_color_luminance(albedo) * package_lightshed_warp__1INVERSE_PI;
     }
     let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
     return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);

@@ -1,14 +1,12 @@
 // Linked from restir_pt.wesl.
 
-const CAMERA: u32 = 0u;
-
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let pixel = package_memory_pixels__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_pt_domain_block(pixel, CAMERA));
+    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_pt_domain_block(pixel, package_primaries_CAMERA));
     let hit = package_lightshed_cwbvh_intersect(ray);
     package_primaries_primaries[pixel] = package_primaries_Primary(hit, ray.direction, 0u);
     var seen: vec3f;
@@ -1129,8 +1127,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -1170,7 +1166,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -1210,7 +1206,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -1227,7 +1223,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -1322,7 +1318,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_Mat
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
     var cumulative = 0.0;
@@ -1872,7 +1868,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1887,7 +1883,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1901,7 +1897,7 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     return package_memory_scene__1emitter_groups().surroundings;
 }
 
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
@@ -1966,8 +1962,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1983,7 +1977,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -2017,8 +2011,6 @@ struct package_lightshed_material_MaterialAt {
     uv: vec2f
 }
 
-const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
     if !(a > 0.0) {
         return 0.0;
@@ -2030,14 +2022,14 @@ fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
 fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
     let cosine = abs(cos_theta);
     if cosine > 0.0 {
-        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
 }
 
 fn package_lightshed_measure__3solid_angle_to_area(pdf_solid_angle: f32, distance_squared: f32, cos_theta: f32) -> f32 {
     if distance_squared > 0.0 {
-        return min(pdf_solid_angle * abs(cos_theta) / distance_squared, package_lightshed_measure__1F32_MAX);
+        return min(pdf_solid_angle * abs(cos_theta) / distance_squared, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
 }
@@ -2159,8 +2151,6 @@ struct package_lightshed_mis_Pairwise {
     neighbour_confidence: f32
 }
 
-const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
     return package_lightshed_mis_share(confidence * density, total);
 }
@@ -2170,11 +2160,11 @@ fn package_lightshed_mis__1pairwise_canonical(pairwise: package_lightshed_mis_Pa
 }
 
 fn package_lightshed_mis__1pairwise_defensive(canonical: f32, neighbours: f32) -> package_lightshed_mis_Pairwise {
-    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_mis__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
+    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_float__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
 }
 
 fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
-    let theirs = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    let theirs = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
     var fraction = 1.0;
     if theirs > 0.0 {
         fraction = package_lightshed_mis_share(p, p + theirs);
@@ -2183,13 +2173,13 @@ fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwis
 }
 
 fn package_lightshed_mis__1pairwise_neighbour(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
-    let mine = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    let mine = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
     return pairwise.kappa * package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * package_lightshed_mis_share(mine, p + mine);
 }
 
 fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
     if part > 0.0 {
-        return min(part / min(total, package_lightshed_mis__1F32_MAX), 1.0);
+        return min(part / min(total, package_lightshed_float__1F32_MAX), 1.0);
     }
     return 0.0;
 }
@@ -2255,8 +2245,6 @@ struct package_lightshed_reservoir_Selection {
     weight_sum_low: f32
 }
 
-const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
 
 const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
@@ -2265,14 +2253,14 @@ fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshe
     if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
         return 0.0;
     }
-    return min(selection.weight_sum / target_value, package_lightshed_reservoir__1F32_MAX);
+    return min(selection.weight_sum / target_value, package_lightshed_float__1F32_MAX);
 }
 
 fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
     if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
         return package_lightshed_reservoir_Offered(selection, false);
     }
-    let sum = min(selection.weight_sum + weight, package_lightshed_reservoir__1F32_MAX);
+    let sum = min(selection.weight_sum + weight, package_lightshed_float__1F32_MAX);
     var lost: f32;
     if selection.weight_sum >= weight {
         lost = (selection.weight_sum - sum) + weight;
@@ -2280,8 +2268,8 @@ fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Sele
     else {
         lost = (weight - sum) + selection.weight_sum;
     }
-    let low = min(selection.weight_sum_low + lost, package_lightshed_reservoir__1F32_MAX);
-    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    let low = min(selection.weight_sum_low + lost, package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
@@ -2570,8 +2558,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -2581,9 +2567,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -2605,8 +2591,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -2621,7 +2607,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -2791,6 +2777,8 @@ fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
 
 const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
 
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
+
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
 }
@@ -2818,6 +2806,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;
@@ -3053,6 +3043,8 @@ var<storage, read> package_memory_scene_tables: array<u32>;
 
 @group(0) @binding(2)
 var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_primaries_CAMERA: u32 = 0u;
 
 struct package_primaries_Primary {
     hit: package_lightshed_ray_Hit,

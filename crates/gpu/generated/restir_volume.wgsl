@@ -554,8 +554,6 @@ struct package__1restir_volume_volume_View {
     seen: package__1restir_volume_volume_Primary
 }
 
-const package__1restir_volume_volume__1F32_MAX: f32 = 3.4028235e38;
-
 const package__1restir_volume_volume__1ON_SURFACE: f32 = -1.0;
 
 const package__1restir_volume_volume__1THIRD_ROOT: f32 = 0.57735027;
@@ -569,7 +567,7 @@ fn package__1restir_volume_volume__1stream_from(pixel: u32, index: u32) -> packa
 }
 
 fn package__1restir_volume_volume__1target_of(value: vec3f) -> f32 {
-    return min(package_lightshed_vector_length3(value) * package__1restir_volume_volume__1THIRD_ROOT, package__1restir_volume_volume__1F32_MAX);
+    return min(package_lightshed_vector_length3(value) * package__1restir_volume_volume__1THIRD_ROOT, package_lightshed_float__1F32_MAX);
 }
 
 fn package__1restir_volume_volume__1view_of(pixel: u32) -> package__1restir_volume_volume_View {
@@ -799,8 +797,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -830,7 +826,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -870,7 +866,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -887,7 +883,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -1573,7 +1569,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1588,7 +1584,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1601,8 +1597,6 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     }
     return package_memory_scene__1emitter_groups().surroundings;
 }
-
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 const package_lightshed_exponential__1LEAST_FRACTION: u32 = 1060439283u;
 
@@ -1618,6 +1612,8 @@ fn package_lightshed_exponential_exponential(u: f32) -> f32 {
     let log = 2.0 * (s + s * p) + f32(exponent) * package_lightshed_exponential__1LN_2;
     return -log;
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
@@ -1682,8 +1678,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1699,7 +1693,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
@@ -1996,15 +1990,13 @@ fn package_lightshed_merge__1nothing_merged() -> package_lightshed_merge_Merging
     return package_lightshed_merge_Merging(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 0.0);
 }
 
-const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
     return package_lightshed_mis_share(confidence * density, total);
 }
 
 fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
     if part > 0.0 {
-        return min(part / min(total, package_lightshed_mis__1F32_MAX), 1.0);
+        return min(part / min(total, package_lightshed_float__1F32_MAX), 1.0);
     }
     return 0.0;
 }
@@ -2025,7 +2017,7 @@ fn package_lightshed_phase__1isotropic_angle(u: f32) -> package_lightshed_phase_
 }
 
 fn package_lightshed_phase__1isotropic_phase() -> f32 {
-    return package_lightshed_phase__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_phase__1lobe_ahead(angle: package_lightshed_phase_ScatteringAngle, g: f32) -> package_lightshed_phase_ScatteringAngle {
@@ -2040,8 +2032,6 @@ fn package_lightshed_phase__1scattered_direction(direction: vec3f, angle: packag
     let turn = package_lightshed_turn__2sin_cos_turns(u);
     return package_lightshed_frame__1to_world(package_lightshed_frame__2frame_from_normal(direction), vec3f(sin_theta * turn.y, sin_theta * turn.x, package_lightshed_phase__2angle_cos_theta(angle)));
 }
-
-const package_lightshed_phase__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_phase__2angle_cos_theta(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
     if angle.one_minus_cos < angle.one_plus_cos {
@@ -2067,7 +2057,7 @@ fn package_lightshed_phase__2henyey_greenstein_phase(g: f32, angle: package_ligh
     let magnitude = abs(g);
     let rest = 1.0 - magnitude;
     let squared = rest * rest + 2.0 * magnitude * package_lightshed_phase__1lobe_ahead(angle, g).one_minus_cos;
-    return package_lightshed_phase__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
+    return package_lightshed_warp__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
 }
 
 fn package_lightshed_phase__4angle_from_one_minus_cos(one_minus_cos: f32) -> package_lightshed_phase_ScatteringAngle {
@@ -2103,8 +2093,6 @@ struct package_lightshed_reservoir_Selection {
     weight_sum_low: f32
 }
 
-const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
 
 const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
@@ -2113,14 +2101,14 @@ fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshe
     if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
         return 0.0;
     }
-    return min(selection.weight_sum / target_value, package_lightshed_reservoir__1F32_MAX);
+    return min(selection.weight_sum / target_value, package_lightshed_float__1F32_MAX);
 }
 
 fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
     if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
         return package_lightshed_reservoir_Offered(selection, false);
     }
-    let sum = min(selection.weight_sum + weight, package_lightshed_reservoir__1F32_MAX);
+    let sum = min(selection.weight_sum + weight, package_lightshed_float__1F32_MAX);
     var lost: f32;
     if selection.weight_sum >= weight {
         lost = (selection.weight_sum - sum) + weight;
@@ -2128,8 +2116,8 @@ fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Sele
     else {
         lost = (weight - sum) + selection.weight_sum;
     }
-    let low = min(selection.weight_sum_low + lost, package_lightshed_reservoir__1F32_MAX);
-    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    let low = min(selection.weight_sum_low + lost, package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
@@ -2443,8 +2431,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -2454,9 +2440,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -2478,8 +2464,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -2494,7 +2480,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -2665,6 +2651,8 @@ fn package_lightshed_vector_length3(v: vec3f) -> f32 {
     return sqrt(package_lightshed_vector_dot3(v, v));
 }
 
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
+
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
 }
@@ -2680,6 +2668,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;
@@ -3175,7 +3165,7 @@ fn package_reuse__1merge_visit(i: u32, weight: f32) {
     let pixel = package_inputs_inputs.pixels[0];
     var stream = package__1restir_volume_volume__1stream_from(pixel, package_reuse_SHADE + (i << 16u));
     let value = package__1restir_volume_scattered__1estimated_value(package__1restir_volume_volume__1view_of(pixel), package_reuse__1held_by(i), &stream);
-    package_reuse_gathered += clamp(value * weight, vec3f(-package__1restir_volume_volume__1F32_MAX), vec3f(package__1restir_volume_volume__1F32_MAX));
+    package_reuse_gathered += clamp(value * weight, vec3f(-package_lightshed_float__1F32_MAX), vec3f(package_lightshed_float__1F32_MAX));
 }
 
 fn package_reuse__1merged_path(merged: package_lightshed_merge_Merged) -> package__1restir_volume_volume_Scattered {

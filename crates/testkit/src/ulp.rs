@@ -92,6 +92,7 @@ pub fn hostile_f32() -> impl Iterator<Item = f32> + Clone {
 mod tests {
     use super::*;
     use crate::check_faults;
+    use crate::hostile_unit_f32;
 
     #[test]
     fn distances_count_representable_values() {

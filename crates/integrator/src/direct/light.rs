@@ -211,19 +211,22 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             let Some(point) = point else { continue };
             let vertex = SurfaceVertex::new(scene, ray, point);
             let unwanted = vertex.bsdf.is_diffuse() && !self.options.bsdf_samples_where_diffuse;
-            let at = lit[place].insert(Lit {
+            let at = Lit {
                 site: self.sampler.site(|| vertex.shading_point()),
                 bsdf_samples: if unwanted { 0 } else { self.options.bsdf_samples },
                 vertex,
-            });
+            };
             let id = ids[place / each];
             let shift = match each {
                 1 => 0,
                 _ => CounterRng::at(seed, id.y << 16 | id.x, id.index, SHIFT_DIMENSION),
             };
-            self.sample_emitters(at, (place % each) as u32, shift, rng, |ray, radiance| {
+            self.sample_emitters(&at, (place % each) as u32, shift, rng, |ray, radiance| {
                 waiting.push(scene, ray, place / each, radiance, &mut from_emitters);
             });
+            if at.bsdf_samples > 0 {
+                lit[place] = Some(at);
+            }
         }
         waiting.flush(scene, &mut from_emitters);
         let from_bsdf = self.sample_bsdfs(&lit[..count], &mut rngs);
