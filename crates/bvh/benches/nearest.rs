@@ -5,16 +5,14 @@
 //! the camera, dense near what it sees. `cargo bench -p lightshed-bvh --bench nearest -- [width
 //! height]`.
 
+mod cpu;
+
+use cpu::cpu_seconds;
 use lightshed_bvh::glam::Vec3;
 use lightshed_bvh::{Bounds, Bvh, Preset};
 use lightshed_sampling::{CosineHemisphere, CounterRng, Frame};
 use lightshed_spatial::{Nearest, NearestSites, SiteGrid, SiteMetric, SiteTree, SurfaceSite};
 use std::hint::black_box;
-
-fn cpu_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
-}
 
 /// CPU seconds of the fastest of three runs, and its result.
 fn seconds<T>(mut run: impl FnMut() -> T) -> (f64, T) {

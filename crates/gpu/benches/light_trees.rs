@@ -8,9 +8,10 @@
 //! 100,000 and 1,000,000 lights where none are given. Where a processor stands in for a GPU, its
 //! time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
 
+mod builds;
 mod opening;
 
-use lightshed_film::process_cpu_seconds;
+use builds::{BUILDS, Fastest, counts, cpu_seconds, fastest_on_cpu};
 use lightshed_gpu::{Access, Gpu, GpuLightTree, Kernel, LightTreeBuilder};
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
@@ -18,10 +19,7 @@ use lightshed_lights::{
 };
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_shaders::Linker;
-use std::collections::BTreeMap;
 
-/// Builds after the first, of which the fastest counts.
-const BUILDS: u32 = 5;
 /// Choices, each for a point of its own.
 const CHOICES: u32 = 1 << 18;
 
@@ -68,13 +66,6 @@ const HOST: &str = "
     fn load_leaf_of(light: u32) -> u32 { return 0u; }";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut counts: Vec<usize> = std::env::args()
-        .skip(1)
-        .filter_map(|argument| argument.parse().ok())
-        .collect();
-    if counts.is_empty() {
-        counts = vec![100_000, 1_000_000];
-    }
     let Some(gpu) = opening::clocked_gpu() else {
         return Ok(());
     };
@@ -96,15 +87,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "| lights | build (ms) | processor time of it (ms) | kernels (ms) | CPU build (ms) | choices (M/s) | CPU, one thread (M/s) | tree (MB) | scratch (MB) |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for count in counts {
+    for count in counts() {
         row(&gpu, &builder, &sample, count)?;
     }
     Ok(())
-}
-
-/// Of the whole process; NaN where it is not known.
-fn cpu_seconds() -> f64 {
-    process_cpu_seconds().unwrap_or(f64::NAN)
 }
 
 fn row(
@@ -117,35 +103,10 @@ fn row(
     let records: Vec<LightRecord> = lights.iter().map(LightRecord::new).collect();
     let records = gpu.buffer("lights", &records)?;
     let tree = GpuLightTree::new(gpu, count, Curve::Hilbert)?;
-    let mut best = (f64::INFINITY, BTreeMap::new());
-    let mut processor = f64::INFINITY;
-    for _ in 0..=BUILDS {
-        let start = cpu_seconds();
-        let mut work = gpu.timed_work();
-        builder.build(&mut work, &records, &tree);
-        let mut kernels: BTreeMap<String, f64> = BTreeMap::new();
-        for pass in work.finish()? {
-            *kernels.entry(pass.label).or_insert(0.0) += 1e3 * pass.seconds;
-        }
-        processor = processor.min(1e3 * (cpu_seconds() - start));
-        let total = kernels.values().sum();
-        if total < best.0 {
-            best = (total, kernels);
-        }
-    }
-    let kernels: Vec<String> = best
-        .1
-        .iter()
-        .map(|(name, ms)| format!("{name} {ms:.2}"))
-        .collect();
+    let build = Fastest::of(gpu, |work| builder.build(work, &records, &tree))?;
 
     let mut cpu = PerfectTree::new(&lights)?;
-    let mut cpu_build = f64::INFINITY;
-    for _ in 0..BUILDS {
-        let start = cpu_seconds();
-        cpu.rebuild(&lights)?;
-        cpu_build = cpu_build.min(1e3 * (cpu_seconds() - start));
-    }
+    let cpu_build = fastest_on_cpu(|| cpu.rebuild(&lights))?;
 
     let header = gpu.buffer("tree", &[tree.lights(), tree.depth(), 3, 1])?;
     let choices = gpu.zeros("choices", 8 * u64::from(CHOICES))?;
@@ -173,9 +134,10 @@ fn row(
     let cpu_seconds = cpu_seconds() - start;
     let millions = |seconds: f64| f64::from(CHOICES) / seconds / 1e6;
     println!(
-        "| {count} | {:.1} | {processor:.1} | {} | {cpu_build:.1} | {:.2} | {:.2} | {:.1} | {:.1} |",
-        best.0,
-        kernels.join(", "),
+        "| {count} | {:.1} | {:.1} | {} | {cpu_build:.1} | {:.2} | {:.2} | {:.1} | {:.1} |",
+        build.device,
+        build.processor,
+        build.kernels(),
         millions(seconds),
         millions(cpu_seconds),
         tree.bytes() as f64 / 1e6,
@@ -186,7 +148,7 @@ fn row(
         println!(
             "Beside an RTX 2080 (Lin 2022, chapter 4): build {:.2} ms for 0.43 ms; four choices for each of 1920x1080 pixels {:.1} ms, for \
              11.5 ms with their shadow rays and shading.\n",
-            best.0,
+            build.device,
             1e3 * f64::from(1920 * 1080 * 4) * seconds / f64::from(CHOICES),
         );
     }

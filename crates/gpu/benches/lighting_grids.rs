@@ -8,14 +8,14 @@
 //! choice has for them, or as the device has memory for. Where a processor stands in for a GPU, its
 //! time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
 
+mod builds;
 mod opening;
 
-use lightshed_film::process_cpu_seconds;
+use builds::{BUILDS, Fastest, counts, fastest_on_cpu};
 use lightshed_gpu::{Gpu, GpuError, GpuLightingGrid, LightingGridBuilder};
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{GridOptions, Levels, LightingGrid, PointLight};
 use lightshed_sampling::CounterRng;
-use std::collections::BTreeMap;
 
 /// Builds after the first, of which the fastest counts.
 const BUILDS: u32 = 3;
@@ -37,19 +37,7 @@ fn lights(count: usize) -> Vec<PointLight> {
         .collect()
 }
 
-/// Of the whole process; NaN where it is not known.
-fn cpu_seconds() -> f64 {
-    process_cpu_seconds().unwrap_or(f64::NAN)
-}
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut counts: Vec<usize> = std::env::args()
-        .skip(1)
-        .filter_map(|argument| argument.parse().ok())
-        .collect();
-    if counts.is_empty() {
-        counts = vec![100_000, 1_000_000];
-    }
     let Some(gpu) = opening::clocked_gpu() else {
         return Ok(());
     };
@@ -59,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "| lights | levels | vertices | build (ms) | processor time of it (ms) | CPU's of its own (ms) | kernels (ms) | look-up (MB) | scratch (MB) |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for count in counts {
+    for count in counts() {
         row(&gpu, &builder, &lights(count))?;
     }
     Ok(())
@@ -84,44 +72,19 @@ fn row(
         }
     };
     let mut cpu = LightingGrid::new(lights, &with_levels(levels))?;
-    let mut cpu_build = f64::INFINITY;
-    for _ in 0..BUILDS {
-        let start = cpu_seconds();
-        cpu.rebuild(lights)?;
-        cpu_build = cpu_build.min(1e3 * (cpu_seconds() - start));
-    }
+    let cpu_build = fastest_on_cpu(|| cpu.rebuild(lights))?;
     let on_device = gpu.buffer("lights", lights)?;
-    let mut best = (f64::INFINITY, BTreeMap::new());
-    let mut processor = f64::INFINITY;
-    for _ in 0..=BUILDS {
-        let start = cpu_seconds();
-        let mut work = gpu.timed_work();
-        builder.build(&mut work, &on_device, &grid);
-        let mut kernels: BTreeMap<String, f64> = BTreeMap::new();
-        for pass in work.finish()? {
-            let name = pass.label.rsplit(' ').next().unwrap_or_default();
-            *kernels.entry(name.to_owned()).or_insert(0.0) += 1e3 * pass.seconds;
-        }
-        processor = processor.min(1e3 * (cpu_seconds() - start));
-        let total = kernels.values().sum();
-        if total < best.0 {
-            best = (total, kernels);
-        }
-    }
-    let kernels: Vec<String> = best
-        .1
-        .iter()
-        .map(|(name, ms)| format!("{name} {ms:.2}"))
-        .collect();
+    let build = Fastest::of(gpu, |work| builder.build(work, &on_device, &grid))?;
     let vertices: usize = (1..=cpu.level_count())
         .map(|level| cpu.grid_lights(level).len())
         .sum();
     println!(
-        "| {} | {} | {vertices} | {:.1} | {processor:.1} | {cpu_build:.1} | {} | {:.1} | {:.1} |",
+        "| {} | {} | {vertices} | {:.1} | {:.1} | {cpu_build:.1} | {} | {:.1} | {:.1} |",
         lights.len(),
         grid.level_count(),
-        best.0,
-        kernels.join(", "),
+        build.device,
+        build.processor,
+        build.kernels(),
         grid.bytes() as f64 / 1e6,
         grid.scratch_bytes() as f64 / 1e6,
     );

@@ -1,16 +1,5 @@
 // Linked from shadow_filter.wesl.
 
-struct Pixel {
-    direct: vec3f,
-    distance: f32,
-    unshadowed: vec3f,
-    padding0: u32,
-    position: vec3f,
-    padding1: u32,
-    normal: vec3f,
-    padding2: u32
-}
-
 struct Taps {
     size: vec2u,
     step: u32,
@@ -21,7 +10,7 @@ struct Taps {
 var<storage, read> taps: Taps;
 
 @group(0) @binding(1)
-var<storage, read> pixels: array<Pixel>;
+var<storage, read> pixels: array<package__1vpl_pixel_Pixel>;
 
 @group(0) @binding(2)
 var<storage, read> values: array<f32>;
@@ -36,9 +25,7 @@ const GROUP: u32 = 64u;
 
 const PLANE_TOLERANCE: f32 = 0.01;
 
-const F32_MIN_POSITIVE: f32 = 1.1754944e-38;
-
-fn similarity(a: Pixel, b: Pixel) -> f32 {
+fn similarity(a: package__1vpl_pixel_Pixel, b: package__1vpl_pixel_Pixel) -> f32 {
     let cosine = package_lightshed_vector_dot3(a.normal, b.normal);
     if !(cosine > 0.0) {
         return 0.0;
@@ -49,7 +36,7 @@ fn similarity(a: Pixel, b: Pixel) -> f32 {
     let c = min(cosine, 1.0);
     let c4 = (c * c) * (c * c);
     let c16 = (c4 * c4) * (c4 * c4);
-    return c16 * c16 * exp(-off_plane / max(scale, F32_MIN_POSITIVE));
+    return c16 * c16 * exp(-off_plane / max(scale, package_lightshed_float__2F32_MIN_POSITIVE));
 }
 
 fn kernel_at(d: i32) -> f32 {
@@ -90,6 +77,19 @@ fn combine(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     }
     image[pixel] = vec4f(pixels[pixel].direct + pixels[pixel].unshadowed * values[pixel], 0.0);
 }
+
+struct package__1vpl_pixel_Pixel {
+    direct: vec3f,
+    distance: f32,
+    unshadowed: vec3f,
+    padding0: u32,
+    position: vec3f,
+    padding1: u32,
+    normal: vec3f,
+    padding2: u32
+}
+
+const package_lightshed_float__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -15,12 +15,6 @@ var<storage, read> asked: Asked;
 
 const WAITING: u32 = 4u;
 
-const FROM_CAMERA: u32 = 0u;
-
-const BY_DENSITY: u32 = 1u;
-
-const BY_DELTA: u32 = 2u;
-
 fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
     let end = package_medium__1end_of(segment);
     var ray = segment;
@@ -80,7 +74,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     var eta_squared = 1.0;
     var throughput = vec3f(1.0);
     var radiance = vec3f(0.0);
-    var bounce = FROM_CAMERA;
+    var bounce = package_bounce__1FROM_CAMERA;
     var left = vec3f(0.0);
     var pdf = 0.0;
     var depth = 1u;
@@ -116,7 +110,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             }
             if any(emitted != vec3f(0.0)) {
                 var weight = 1.0;
-                if bounce == BY_DENSITY {
+                if bounce == package_bounce__1BY_DENSITY {
                     weight = package_lightshed_measure__1power_heuristic(pdf, other);
                 }
                 radiance += throughput * (emitted * weight);
@@ -182,7 +176,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             let angle = package_medium__1sample_angle(u);
             ray = package_lightshed_ray_Ray(position, package_lightshed_ray__1NO_END, package_lightshed_phase__1scattered_direction(ray.direction, angle, v), 0u);
             pdf = package_medium__1phase_at(angle);
-            bounce = BY_DENSITY;
+            bounce = package_bounce__1BY_DENSITY;
         }
         else {
             let u_lobe = package_lightshed_stream__1next_number(&stream);
@@ -195,7 +189,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             throughput *= drawn.weight;
             eta_squared *= drawn.eta * drawn.eta;
             pdf = drawn.pdf;
-            bounce = select(BY_DENSITY, BY_DELTA, drawn.is_delta);
+            bounce = select(package_bounce__1BY_DENSITY, package_bounce__1BY_DELTA, drawn.is_delta);
             ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, drawn.wi));
             inside = package_medium__1medium_towards(hit.primitive, package_lightshed_vector_dot3(ray.direction, point.geometric_normal), inside);
         }
@@ -214,6 +208,12 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     }
     image[pixel] = vec4f(radiance, 0.0);
 }
+
+const package_bounce__1BY_DELTA: u32 = 2u;
+
+const package_bounce__1BY_DENSITY: u32 = 1u;
+
+const package_bounce__1FROM_CAMERA: u32 = 0u;
 
 const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
 
@@ -280,8 +280,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -311,7 +309,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -351,7 +349,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -368,7 +366,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -439,7 +437,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_Mat
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
     var cumulative = 0.0;
@@ -1146,8 +1144,6 @@ struct package_lightshed_emitter_EmitterSample {
 
 const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
 
-const package_lightshed_emitter_TAU: f32 = 6.2831855;
-
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
 
 fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
@@ -1203,7 +1199,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1248,7 +1244,7 @@ fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_D
     }
     let chord = direction - light.axis;
     let sine = min(0.5 * package_lightshed_vector_length3(chord), 1.0);
-    let angle = 2.0 * package_lightshed_emitter_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
+    let angle = 2.0 * package_lightshed_warp_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
     return light.intensity * max((light.cutoff_angle - angle) * light.inverse_transition, 0.0);
 }
 
@@ -1256,7 +1252,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1269,8 +1265,6 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     }
     return package_memory_scene__1emitter_groups().surroundings;
 }
-
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
 
@@ -1326,6 +1320,10 @@ fn package_lightshed_exponential_exponential(u: f32) -> f32 {
     let log = 2.0 * (s + s * p) + f32(exponent) * package_lightshed_exponential__1LN_2;
     return -log;
 }
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_float__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
@@ -1390,8 +1388,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1407,7 +1403,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -1638,8 +1634,6 @@ struct package_lightshed_material_MaterialAt {
     uv: vec2f
 }
 
-const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
     if !(a > 0.0) {
         return 0.0;
@@ -1651,7 +1645,7 @@ fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
 fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
     let cosine = abs(cos_theta);
     if cosine > 0.0 {
-        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
 }
@@ -1672,7 +1666,7 @@ fn package_lightshed_phase__1isotropic_angle(u: f32) -> package_lightshed_phase_
 }
 
 fn package_lightshed_phase__1isotropic_phase() -> f32 {
-    return package_lightshed_phase__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_phase__1lobe_ahead(angle: package_lightshed_phase_ScatteringAngle, g: f32) -> package_lightshed_phase_ScatteringAngle {
@@ -1687,8 +1681,6 @@ fn package_lightshed_phase__1scattered_direction(direction: vec3f, angle: packag
     let turn = package_lightshed_turn__2sin_cos_turns(u);
     return package_lightshed_frame__1to_world(package_lightshed_frame__2frame_from_normal(direction), vec3f(sin_theta * turn.y, sin_theta * turn.x, package_lightshed_phase__2angle_cos_theta(angle)));
 }
-
-const package_lightshed_phase__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_phase__2angle_cos_theta(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
     if angle.one_minus_cos < angle.one_plus_cos {
@@ -1714,7 +1706,7 @@ fn package_lightshed_phase__2henyey_greenstein_phase(g: f32, angle: package_ligh
     let magnitude = abs(g);
     let rest = 1.0 - magnitude;
     let squared = rest * rest + 2.0 * magnitude * package_lightshed_phase__1lobe_ahead(angle, g).one_minus_cos;
-    return package_lightshed_phase__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
+    return package_lightshed_warp__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
 }
 
 fn package_lightshed_phase__4angle_from_one_minus_cos(one_minus_cos: f32) -> package_lightshed_phase_ScatteringAngle {
@@ -2045,8 +2037,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -2056,9 +2046,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -2080,8 +2070,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -2096,7 +2086,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -2167,8 +2157,6 @@ const package_lightshed_tracking__1CONTROL_MINORANT: u32 = 1u;
 
 const package_lightshed_tracking__1CONTROL_NONE: u32 = 0u;
 
-const package_lightshed_tracking__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_tracking__1delta_tracking(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, extinction: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Flight {
     var walk = package_lightshed_tracking__1walk_new(medium, ray, interval, extinction, package_lightshed_tracking__1CONTROL_NONE);
     var lookups = 0u;
@@ -2204,12 +2192,12 @@ fn package_lightshed_tracking__1ratio_tracking(medium: package_lightshed_trackin
         }
         lookups += 1u;
         value *= max(1.0 - package_lightshed_tracking__1density_along(medium, ray, collision.t) / collision.majorant, 0.0);
-        if lookups % package_lightshed_tracking_BLOCK == 0u && value < package_lightshed_tracking__2F32_MIN_POSITIVE {
+        if lookups % package_lightshed_tracking_BLOCK == 0u && value < package_lightshed_float__2F32_MIN_POSITIVE {
             break;
         }
     }
     package_lightshed_stream__1after_eights(stream, first, drawn);
-    return package_lightshed_tracking_Transmittance(select(value, 0.0, value < package_lightshed_tracking__2F32_MIN_POSITIVE), lookups);
+    return package_lightshed_tracking_Transmittance(select(value, 0.0, value < package_lightshed_float__2F32_MIN_POSITIVE), lookups);
 }
 
 fn package_lightshed_tracking__1residual_segment(segment: package_lightshed_majorant_Segment, control: u32) -> package_lightshed_majorant_Segment {
@@ -2227,7 +2215,7 @@ fn package_lightshed_tracking__1residual_segment(segment: package_lightshed_majo
 fn package_lightshed_tracking__1walk_new(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, rate: f32, control: u32) -> package_lightshed_tracking_Walk {
     var walk: package_lightshed_tracking_Walk;
     walk.dda = package_lightshed_majorant__1dda_new(medium.grid, ray, interval);
-    walk.rate = select(0.0, rate, rate > 0.0 && rate <= package_lightshed_tracking__1F32_MAX);
+    walk.rate = select(0.0, rate, rate > 0.0 && rate <= package_lightshed_float__1F32_MAX);
     walk.control = control;
     return walk;
 }
@@ -2267,8 +2255,6 @@ fn package_lightshed_tracking__1walk_next(walk: ptr<function, package_lightshed_
     *walk = w;
     return package_lightshed_tracking_Collision(false, 0.0, 0.0, 0.0);
 }
-
-const package_lightshed_tracking__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 struct package_lightshed_triangle_TriangleRay {
     origin: vec3f,
@@ -2407,7 +2393,11 @@ fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
     return v * (1.0 / package_lightshed_vector_length3(v));
 }
 
+const package_lightshed_warp_TAU: f32 = 6.2831855;
+
 const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
 
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
@@ -2430,6 +2420,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;

@@ -1,16 +1,5 @@
 // Linked from vpl_grid.wesl.
 
-struct Pixel {
-    direct: vec3f,
-    distance: f32,
-    unshadowed: vec3f,
-    padding0: u32,
-    position: vec3f,
-    padding1: u32,
-    normal: vec3f,
-    padding2: u32
-}
-
 struct VplGrid {
     frame: u32,
     first_level: u32,
@@ -23,7 +12,7 @@ struct VplGrid {
 }
 
 @group(2) @binding(1)
-var<storage, read_write> pixels: array<Pixel>;
+var<storage, read_write> pixels: array<package__1vpl_pixel_Pixel>;
 
 @group(2) @binding(2)
 var<storage, read_write> visibility: array<f32>;
@@ -32,8 +21,6 @@ var<storage, read_write> visibility: array<f32>;
 var<storage, read> asked: VplGrid;
 
 const MOST_MIRRORS: u32 = 16u;
-
-const F32_MAX: f32 = 3.4028235e38;
 
 fn scattering_probability(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
     let rows = package_memory_scene__1load_material(material.index);
@@ -81,7 +68,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     var receiver: package_lightshed_surface_SurfacePoint;
     var receiver_wo: vec3f;
     var receiver_throughput: vec3f;
-    var seen = Pixel(vec3f(0.0), 1.0, vec3f(0.0), 0u, vec3f(0.0), 0u, vec3f(0.0), 0u);
+    var seen = package__1vpl_pixel_Pixel(vec3f(0.0), 1.0, vec3f(0.0), 0u, vec3f(0.0), 0u, vec3f(0.0), 0u);
     for (var depth = 0u; depth <= MOST_MIRRORS; depth++) {
         let hit = package_lightshed_cwbvh_intersect(ray);
         if hit.primitive == package_lightshed_ray_NOTHING {
@@ -140,7 +127,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     if found && asked.has_lights != 0u {
         package_gathering__1begin_gathering(package_gathering_Gatherer(receiver.material, receiver_wo, receiver.shading, receiver_throughput, asked.least_distance_squared, asked.shadow_samples), stream);
         package_lightshed__1lighting_grid__1grid_visit(receiver.position, package_lightshed__1lighting_grid_GridQuery(asked.first_level, 1u, 0u));
-        seen.unshadowed = min(package_gathering_unshadowed, vec3f(F32_MAX));
+        seen.unshadowed = min(package_gathering_unshadowed, vec3f(package_lightshed_float__1F32_MAX));
         seen.position = receiver.position;
         let side = select(1.0, -1.0, receiver_wo.z < 0.0);
         seen.normal = package_lightshed_frame__1to_world(receiver.shading, vec3f(0.0, 0.0, side));
@@ -172,6 +159,17 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     }
     pixels[pixel] = seen;
     visibility[pixel] = share;
+}
+
+struct package__1vpl_pixel_Pixel {
+    direct: vec3f,
+    distance: f32,
+    unshadowed: vec3f,
+    padding0: u32,
+    position: vec3f,
+    padding1: u32,
+    normal: vec3f,
+    padding2: u32
 }
 
 struct package_gathering_Gatherer {
@@ -222,6 +220,14 @@ var<private> package_gathering_numbers: package_lightshed_stream_Stream;
 
 var<private> package_gathering_unshadowed: vec3f;
 
+struct package_lightshed__1grid_light_CellRow {
+    y: u32,
+    z: u32,
+    start: u32,
+    first: u32,
+    end: u32
+}
+
 struct package_lightshed__1grid_light_GridFrame {
     origin: vec3f,
     levels: u32,
@@ -257,7 +263,16 @@ struct package_lightshed__1grid_light_GridPoint {
 
 const package_lightshed__1grid_light__1CORRECTION_BOUND: f32 = 0.2;
 
-const package_lightshed__1grid_light__1F32_MAX: f32 = 3.4028235e38;
+fn package_lightshed__1grid_light__1cells_beside(vertex: vec3u, row: u32, levels: u32) -> package_lightshed__1grid_light_CellRow {
+    let cells = 1u << (levels - 1u);
+    let y = vertex.y - 1u + (row & 1u);
+    let z = vertex.z - 1u + (row >> 1u);
+    if y >= cells || z >= cells {
+        return package_lightshed__1grid_light_CellRow(y, z, 0u, 0u, 0u);
+    }
+    let start = (z * cells + y) * cells;
+    return package_lightshed__1grid_light_CellRow(y, z, start, start + max(vertex.x, 1u) - 1u, start + min(vertex.x + 1u, cells));
+}
 
 fn package_lightshed__1grid_light__1grid_emission(light: package_lightshed__1grid_light_GridLight, d: vec3f) -> f32 {
     let across = light.moment_across;
@@ -277,24 +292,25 @@ fn package_lightshed__1grid_light__1point_emission(normal: vec3f, direction: vec
     return max(package_lightshed_vector_dot3(normal, direction), 0.0);
 }
 
-fn package_lightshed__1grid_light__2as_it_is(x: f32) -> f32 {
-    return min(x, package_lightshed__1grid_light__1F32_MAX);
-}
-
 fn package_lightshed__1grid_light__2blending_distance_squared(light: package_lightshed__1grid_light_GridLight, to_light: vec3f) -> f32 {
     let variance = light.spread * light.spread;
     let squares = to_light * to_light;
     let distance_squared = squares.x + squares.y + squares.z;
     let across = package_lightshed_vector_dot3(variance, squares / distance_squared);
-    let correction = variance.x + variance.y + variance.z - package_lightshed__1grid_light__2as_it_is(4.0 * across);
+    let correction = variance.x + variance.y + variance.z - package_lightshed_float__2as_it_is(4.0 * across);
     let bound = package_lightshed__1grid_light__1CORRECTION_BOUND * distance_squared;
     return distance_squared + min(max(correction, -bound), bound);
+}
+
+fn package_lightshed__1grid_light__2offset_from_vertex(light: package_lightshed__1grid_light_GridPoint, key: u32, row: package_lightshed__1grid_light_CellRow, vertex: vec3u) -> vec3f {
+    let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
+    return fraction - vec3f(vertex - vec3u(key - row.start, row.y, row.z));
 }
 
 fn package_lightshed__1grid_light_blending(frame: package_lightshed__1grid_light_GridFrame, level: u32, first_level: u32, distance_squared: f32) -> f32 {
     let radius = package_lightshed__1grid_light__1level_radius(frame, level);
     let t = distance_squared * (1.0 / (radius * radius));
-    let up = select(1.0, (package_lightshed__1grid_light__2as_it_is(4.0 * t) - 1.0) / 3.0, level > first_level);
+    let up = select(1.0, (package_lightshed_float__2as_it_is(4.0 * t) - 1.0) / 3.0, level > first_level);
     let down = select(1.0, (4.0 - t) / 3.0, level < frame.levels);
     return clamp(min(up, down), 0.0, 1.0);
 }
@@ -353,22 +369,16 @@ fn package_lightshed__1grid_shadow__1represented_light(level_of_light: u32, inde
         let step = select(13u, chosen.item.x, chosen.weight_sum > 0.0);
         vertex = vec3u(vec3i(2u * vertex) + vec3i(vec3u(step % 3u, step / 3u % 3u, step / 9u)) - 1);
     }
-    let cells = 1u << (frame.levels - 1u);
     var chosen = package_lightshed__1jump_selection__2no_jump_selection();
-    for (var row = 0u; row < 4u; row++) {
-        let y = vertex.y - 1u + (row & 1u);
-        let z = vertex.z - 1u + (row >> 1u);
-        if y >= cells || z >= cells {
+    for (var i = 0u; i < 4u; i++) {
+        let row = package_lightshed__1grid_light__1cells_beside(vertex, i, frame.levels);
+        if row.first == row.end {
             continue;
         }
-        let start = (z * cells + y) * cells;
-        let first = max(vertex.x, 1u) - 1u;
-        let end = package_lightshed__1lighting_grid__2place_of_key(frame, start + min(vertex.x + 1u, cells));
-        for (var place = package_lightshed__1lighting_grid__2place_of_key(frame, start + first); place < end; place++) {
+        let end = package_lightshed__1lighting_grid__2place_of_key(frame, row.end);
+        for (var place = package_lightshed__1lighting_grid__2place_of_key(frame, row.first); place < end; place++) {
             let light = package_memory__1lighting_grid__2load_grid_point(place);
-            let x = package_memory__1lighting_grid__2load_grid_key(place) - start;
-            let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
-            let away = fraction - vec3f(vec3u(vertex.x - x, vertex.y - y, vertex.z - z));
+            let away = package_lightshed__1grid_light__2offset_from_vertex(light, package_memory__1lighting_grid__2load_grid_key(place), row, vertex);
             let along = max(vec3f(1.0) - abs(away), vec3f(0.0));
             let emission = package_lightshed__1grid_light__1point_emission(light.normal, package_lightshed_vector__1normalized_or(point - light.position, vec3f(0.0)));
             let weight = along.x * along.y * along.z * package_lightshed_color_luminance(light.intensity);
@@ -415,9 +425,9 @@ fn package_lightshed__1jump_selection__1jump_added(selection: package_lightshed_
     }
     let larger = max(selection.weight_sum, weight);
     let smaller = min(selection.weight_sum, weight);
-    let sum = min(larger + smaller, package_lightshed_reservoir__1F32_MAX);
-    let low = min(selection.weight_sum_low + ((larger - sum) + smaller), package_lightshed_reservoir__1F32_MAX);
-    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    let sum = min(larger + smaller, package_lightshed_float__1F32_MAX);
+    let low = min(selection.weight_sum_low + ((larger - sum) + smaller), package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
@@ -435,7 +445,7 @@ fn package_lightshed__1jump_selection__1jump_number(words: vec2u) -> f32 {
 fn package_lightshed__1jump_selection__1jump_selected(selection: package_lightshed__1jump_selection_JumpSelection, item: vec2u, u: f32) -> package_lightshed__1jump_selection_JumpSelection {
     var next = selection;
     next.item = item;
-    next.threshold = min(selection.weight_sum / u, package_lightshed_reservoir__1F32_MAX);
+    next.threshold = min(selection.weight_sum / u, package_lightshed_float__1F32_MAX);
     return next;
 }
 
@@ -489,7 +499,7 @@ fn package_lightshed__1lighting_grid__1grid_visit(point: vec3f, asked: package_l
 
 fn package_lightshed__1lighting_grid__1in_range(to_light: vec3f, weight: f32) -> bool {
     let distance_squared = package_lightshed_vector_dot3(to_light, to_light);
-    return weight > 0.0 && distance_squared >= package_lightshed__1lighting_grid__2F32_MIN_POSITIVE && distance_squared <= package_lightshed__1grid_light__1F32_MAX;
+    return weight > 0.0 && distance_squared >= package_lightshed_float__2F32_MIN_POSITIVE && distance_squared <= package_lightshed_float__1F32_MAX;
 }
 
 fn package_lightshed__1lighting_grid__1rank_at(word: u32, x: u32) -> u32 {
@@ -499,7 +509,7 @@ fn package_lightshed__1lighting_grid__1rank_at(word: u32, x: u32) -> u32 {
 
 fn package_lightshed__1lighting_grid__1reach_out(level: u32, index: u32, to_light: vec3f, intensity: vec3f, weight: f32, emission: f32) {
     let distance_squared = package_lightshed_vector_dot3(to_light, to_light);
-    let seen = min(intensity * (weight * emission), vec3f(package_lightshed__1grid_light__1F32_MAX));
+    let seen = min(intensity * (weight * emission), vec3f(package_lightshed_float__1F32_MAX));
     if all(seen == vec3f(0.0)) {
         return;
     }
@@ -558,8 +568,6 @@ fn package_lightshed__1lighting_grid__1visit_rows(frame: package_lightshed__1gri
         }
     }
 }
-
-const package_lightshed__1lighting_grid__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 fn package_lightshed__1lighting_grid__2place_of_key(frame: package_lightshed__1grid_light_GridFrame, key: u32) -> u32 {
     var begin = 0u;
@@ -662,8 +670,6 @@ const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
 
 const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
 
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
-
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
@@ -693,7 +699,7 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_M
         if mirror == 0.0 {
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
-        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
@@ -733,7 +739,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
             return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
         }
         if lobe == 1u {
-            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
             var passed: f32;
             if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
                 passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
@@ -750,7 +756,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
         return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
     }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
     }
     if wi.z <= 0.0 {
@@ -821,7 +827,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_Mat
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
     }
     let total = package_lightshed_bsdf__1total_importance(material, wo);
     var cumulative = 0.0;
@@ -1323,8 +1329,6 @@ struct package_lightshed_emitter_EmitterSample {
 
 const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
 
-const package_lightshed_emitter_TAU: f32 = 6.2831855;
-
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
 
 fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
@@ -1380,7 +1384,7 @@ fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emit
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1425,7 +1429,7 @@ fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_D
     }
     let chord = direction - light.axis;
     let sine = min(0.5 * package_lightshed_vector_length3(chord), 1.0);
-    let angle = 2.0 * package_lightshed_emitter_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
+    let angle = 2.0 * package_lightshed_warp_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
     return light.intensity * max((light.cutoff_angle - angle) * light.inverse_transition, 0.0);
 }
 
@@ -1433,7 +1437,7 @@ fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
     if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
@@ -1446,8 +1450,6 @@ fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f 
     }
     return package_memory_scene__1emitter_groups().surroundings;
 }
-
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
 
@@ -1487,6 +1489,14 @@ fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f3
         return none;
     }
     return package_lightshed_emitter_EmitterSample(d / sqrt(distance_squared), package_lightshed_emitter__2NO_OTHER_WAY, weight, true, light.place);
+}
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_float__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
+
+fn package_lightshed_float__2as_it_is(x: f32) -> f32 {
+    return min(x, package_lightshed_float__1F32_MAX);
 }
 
 struct package_lightshed_frame_Frame {
@@ -1552,8 +1562,6 @@ fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -
     return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
-const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
-
 fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
     let z = abs(direction.z);
     let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
@@ -1569,7 +1577,7 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     }
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
-    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -1603,8 +1611,6 @@ struct package_lightshed_material_MaterialAt {
     uv: vec2f
 }
 
-const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
-
 fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
     if !(a > 0.0) {
         return 0.0;
@@ -1616,7 +1622,7 @@ fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
 fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
     let cosine = abs(cos_theta);
     if cosine > 0.0 {
-        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
 }
@@ -1637,8 +1643,6 @@ struct package_lightshed_ray_Ray {
 }
 
 const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
-
-const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
 
 const package_lightshed_rng_PARITY: u32 = 466688986u;
 
@@ -1942,8 +1946,6 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
-const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
-
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -1953,9 +1955,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
-    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
-    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
-    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -1977,8 +1979,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
-    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -1993,7 +1995,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);
@@ -2153,7 +2155,11 @@ fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
     return v * (1.0 / package_lightshed_vector_length3(v));
 }
 
+const package_lightshed_warp_TAU: f32 = 6.2831855;
+
 const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
 
 fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
     return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
@@ -2176,6 +2182,8 @@ fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
     let b = u - half;
     return vec3f(b, 1.0 - b.x - b.y);
 }
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     let a = 2.0 * u.x - 1.0;

@@ -13,6 +13,10 @@
 //! the frame's time, as a multiple of that of the light BVH: below one is better than it. Processor
 //! time of one thread, the least of several turns.
 
+#[path = "../../bvh/benches/cpu/mod.rs"]
+mod cpu;
+
+use cpu::cpu_seconds;
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
     Bounds, BvhBuild, Light, LightBvh, LightChoice, LightSampler, LightSubtrees, Lightcut, OrientationCone,
@@ -99,20 +103,6 @@ fn irradiance(light: &Light, at: &ShadingPoint) -> f64 {
     let emitted = light.cone.map_or(0.0, |cone| -cone.axis.dot(to));
     f64::from(light.intensity * (emitted * at.normal.dot(to)).max(0.0) / (squared * squared))
         * f64::from(u8::from(emitted > 0.0))
-}
-
-fn cpu_seconds() -> f64 {
-    #[cfg(unix)]
-    {
-        let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
-    }
-    #[cfg(not(unix))]
-    {
-        use std::time::{SystemTime, UNIX_EPOCH};
-        let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        since.map_or(0.0, |since| since.as_secs_f64())
-    }
 }
 
 /// A structure as frames use it.

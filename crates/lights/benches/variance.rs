@@ -12,6 +12,10 @@
 //! of 4096 stratified draws, the same for all structures. Build times are processor time of one
 //! thread, the least of several builds, in fresh memory and in memory that the structure has.
 
+#[path = "../../bvh/benches/cpu/mod.rs"]
+mod cpu;
+
+use cpu::cpu_seconds;
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
     Bounds, BvhBuild, Light, LightBvh, LightError, LightSampler, OrientationCone, PerfectTree, PowerLights,
@@ -105,20 +109,6 @@ impl Receiver {
             irradiance(&lights[light as usize], &self.at) / f64::from(sampler.pmf(&self.at, light))
         };
         self.total * self.drawn.iter().map(ratio).sum::<f64>() / self.drawn.len() as f64
-    }
-}
-
-fn cpu_seconds() -> f64 {
-    #[cfg(unix)]
-    {
-        let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
-    }
-    #[cfg(not(unix))]
-    {
-        use std::time::{SystemTime, UNIX_EPOCH};
-        let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        since.map_or(0.0, |since| since.as_secs_f64())
     }
 }
 
