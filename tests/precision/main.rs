@@ -142,7 +142,7 @@ fn lists_are_read() {
     let surface = Surface::of(
         "macro_rules! real\n    impl Real for $real\nimpl<T: Fn(u32) -> u32> Seen<T>\n    #[must_use] pub const fn length(&self) -> f64\n    \
          pub fn count(&self) -> u32\nimpl<T> Sees for Seen<T>\n    fn other(&self) -> f32\npub trait Sees: Copy\n    \
-         fn sees(&self) -> Vec3\npub fn seen(x: f32) -> u32\n",
+         fn sees(&self) -> Vec3\npub fn module::seen(x: f32) -> u32\n",
     );
     assert_eq!(
         surface.numeric.iter().collect::<Vec<_>>(),

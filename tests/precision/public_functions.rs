@@ -43,7 +43,9 @@ impl Surface {
                     .or_else(|| declaration.strip_prefix("fn ")),
                 (Some(_), None) => None,
             };
-            let Some(name) = rest.and_then(|rest| words(rest).next()) else {
+            // Of `module::function`, the last name.
+            let path = rest.and_then(|rest| rest.split(['(', '<']).next());
+            let Some(name) = path.and_then(|path| path.rsplit("::").next()) else {
                 continue;
             };
             let scope = owner.as_deref().filter(|_| member.is_some());
