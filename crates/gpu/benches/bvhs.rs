@@ -14,7 +14,7 @@ mod opening;
 use builds::{BUILDS, Fastest, counts, fastest_on_cpu};
 use lightshed_gpu::lightshed_bvh::glam::Vec3;
 use lightshed_gpu::lightshed_bvh::{Bounds, Builder, Bvh, Method, Node};
-use lightshed_gpu::{BvhBuilder, Gpu, GpuBvh, Work};
+use lightshed_gpu::{BvhBuilder, Gpu, GpuBvh};
 use lightshed_sampling::CounterRng;
 
 /// Small boxes all over a cube.

@@ -1,4 +1,5 @@
-//! Hostile uniforms. The tests of precision include this file, too, so it names nothing of the crate.
+//! Hostile uniforms. The tests of precision include this file, too, so it names nothing of the
+//! crate.
 
 /// Uniforms in [0, 1) at which warps break: 0, the smallest positive values, neighbours of
 /// fractions at which warps branch, and the largest uniform `1 − 2⁻²⁴`.
