@@ -17,9 +17,6 @@ use lightshed_lights::glam::Vec3;
 use lightshed_lights::{GridOptions, Levels, LightingGrid, PointLight};
 use lightshed_sampling::CounterRng;
 
-/// Builds after the first, of which the fastest counts.
-const BUILDS: u32 = 3;
-
 /// Lights on the walls of a room, as light paths leave them.
 fn lights(count: usize) -> Vec<PointLight> {
     let mut rng = CounterRng::new(1, count as u32, 0);
