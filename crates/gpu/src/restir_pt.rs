@@ -255,7 +255,7 @@ mod tests {
         let scene = Scene::new(&description).expect("built-in scenes are sound");
         let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
         // All frames look through the middles of pixels.
-        let camera = "package__1restir_pt_domain_block(pixel, CAMERA)";
+        let camera = "package__1restir_pt_domain_block(pixel, package_primaries_CAMERA)";
         assert!(RESTIR_PT.contains(camera));
         let sound = RESTIR_PT.replace(camera, "vec4u(0x80000000u)");
         const CAP: f32 = 2.0;
