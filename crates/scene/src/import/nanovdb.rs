@@ -144,7 +144,10 @@ pub(super) fn parse_within(
     let count = usize::try_from(count).map_err(|_| wrong_box())?;
     let tree = Tree::new(data).ok_or_else(ends)?;
     let mut values = vec![0.0; count];
-    tree.fill(low, size, &mut values).ok_or_else(ends)?;
+    tree.fill(low, size, &mut values).ok_or_else(|| {
+        let message = "its tree leads beyond the end of its data or has two nodes at one place";
+        ImportError::malformed(location(), message)
+    })?;
     if values.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {
         return Err(ImportError::malformed(
             location(),
@@ -294,11 +297,14 @@ impl<'a> Tree<'a> {
         })
     }
 
-    /// Sets all voxels of the box of `size` voxels from `low` on; `None` where the data ends.
+    /// Sets all voxels of the box of `size` voxels from `low` on; `None` where the data ends
+    /// or two tiles have one place.
     fn fill(&self, low: IVec3, size: IVec3, values: &mut [f32]) -> Option<()> {
         let mut target = Target { low, size, values };
         let high = low + size - 1;
         target.values.fill(self.background);
+        // Each place once: a file of many tiles at one place would fill the box over and over.
+        let mut filled = std::collections::HashSet::new();
         for tile in 0..self.tiles {
             let at = self.root.checked_add(ROOT + ROOT_TILE.checked_mul(tile)?)?;
             let key = self.grid.long(at)?;
@@ -308,6 +314,9 @@ impl<'a> Tree<'a> {
             let end = origin.saturating_add(IVec3::splat(4095));
             if origin.cmpgt(high).any() || end.cmplt(low).any() {
                 continue;
+            }
+            if !filled.insert(origin) {
+                return None;
             }
             if self.grid.long(at + 8)? == 0 {
                 target.fill(origin, 4096, self.grid.real(at + 20)?);
@@ -350,9 +359,16 @@ impl<'a> Tree<'a> {
 
     fn leaf(&self, leaf: usize, origin: IVec3, target: &mut Target) -> Option<()> {
         let values = self.grid.part(leaf.checked_add(LEAF_VALUES)?, 4 * 512)?;
-        for index in 0..512 {
-            let at = IVec3::new(index >> 6, index >> 3 & 7, index & 7);
-            target.fill(origin + at, 1, values.real(4 * index as usize)?);
+        // Only voxels of the box: many nodes may refer to one leaf.
+        let first = (target.low - origin).max(IVec3::ZERO);
+        let end = (target.low + target.size - origin).min(IVec3::splat(8));
+        for x in first.x..end.x {
+            for y in first.y..end.y {
+                for z in first.z..end.z {
+                    let index = (x << 6 | y << 3 | z) as usize;
+                    target.fill(origin + IVec3::new(x, y, z), 1, values.real(4 * index)?);
+                }
+            }
         }
         Some(())
     }
@@ -580,6 +596,11 @@ mod tests {
             put(&mut stretched, start + MATRIX, &[far.to_le_bytes(); 3].concat());
             assert!(error(&stretched, None).contains("flat or out of range"), "{far}");
         }
+        // Two tiles at one place.
+        let mut twice = sound.clone();
+        let key = twice[root + ROOT..][..8].to_vec();
+        put(&mut twice, root + ROOT + ROOT_TILE, &key);
+        assert!(error(&twice, None).contains("place"));
         let mut large = sound.clone();
         put(&mut large, SEGMENT + 100, &(1_i32 << 29).to_le_bytes());
         assert!(error(&large, None).contains("limit `bytes`"));
