@@ -477,7 +477,10 @@ fn describe(arguments: &Arguments) -> Result<(SceneDescription, Vec<String>), Fa
         )));
     }
     let loaded = import::load_with(path, &arguments.defines, &arguments.limits());
-    let loaded = loaded.map_err(|error| not_loaded(&error))?;
+    let mut loaded = loaded.map_err(|error| not_loaded(&error))?;
+    if let Some(size) = arguments.size {
+        loaded.resize(size);
+    }
     Ok((
         loaded.description,
         loaded.warnings.iter().map(ToString::to_string).collect(),

@@ -115,5 +115,6 @@ fn lone_mesh(mut mesh: TriangleMesh, path: &Path) -> Loaded {
     Loaded {
         description,
         warnings: vec![warning],
+        view_is_chosen: true,
     }
 }

@@ -159,6 +159,11 @@ fn primitives(root: &mut Value) -> Result<(), Note> {
             let is_draco = primitive
                 .pointer("/extensions/KHR_draco_mesh_compression")
                 .is_some();
+            let is_empty = |accessor: &Value| {
+                let index = accessor.as_u64().and_then(|index| usize::try_from(index).ok());
+                index.is_some_and(|index| has_data.get(index) == Some(&false))
+            };
+            let is_flat = primitive.get("indices").is_some_and(is_empty);
             let Some(attributes) = primitive.get_mut("attributes").and_then(Value::as_object_mut) else {
                 continue;
             };
@@ -170,11 +175,23 @@ fn primitives(root: &mut Value) -> Result<(), Note> {
                                for instance with `gltf-transform copy`";
                 return Err((format!("meshes[{m}]/primitives[{p}]"), message.to_owned()));
             }
+            // Without data all is zero: normals that are none, one corner for all triangles.
+            attributes.retain(|name, accessor| !is_empty(accessor) && !(is_flat && name == "POSITION"));
+            if is_flat {
+                remove(primitive, "indices");
+            }
             positions.extend(position);
         }
     }
+    let has_views = list(root, "bufferViews").is_some_and(|views| !views.is_empty());
     let accessors = list(root, "accessors");
     if let Some(accessors) = accessors {
+        // The crate asks for a view of all; nothing refers to these.
+        for (accessor, has_data) in accessors.iter_mut().zip(&has_data) {
+            if !has_data && has_views {
+                insert(accessor, "bufferView", Value::from(0));
+            }
+        }
         for index in positions {
             if let Some(accessor) = accessors.get_mut(index) {
                 for bound in ["min", "max"] {

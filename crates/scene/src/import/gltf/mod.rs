@@ -53,6 +53,7 @@ use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
 use super::loading::Loading;
+use crate::scene::unit_normal;
 use crate::{EmitterDescription, Geometry, Image, ImageTexture, Rgb, SceneDescription, ShapeDescription};
 use accessor::Buffers;
 use base64::Engine;
@@ -179,6 +180,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
     Ok(Loaded {
         description: importer.description,
         warnings: importer.warnings,
+        view_is_chosen: !importer.has_camera,
     })
 }
 
@@ -258,6 +260,7 @@ impl Importer<'_> {
             self.node(&node, &DAffine3::IDENTITY, 0)?;
         }
         self.place_marks();
+        self.leave_out_flat();
         if !self.has_camera {
             fit::camera(&mut self.description);
             self.warn(
@@ -268,6 +271,31 @@ impl Importer<'_> {
         self.face_camera();
         self.light_scene();
         Ok(())
+    }
+
+    /// Leaves out meshes of which no triangle has an area. A scene refuses them, and files of many
+    /// meshes have some.
+    fn leave_out_flat(&mut self) {
+        let mut flat = Vec::new();
+        self.description.shapes.retain(|shape| {
+            let mesh = match &shape.geometry {
+                Geometry::Mesh(mesh) => mesh,
+                Geometry::Instances(instances) => &instances.mesh,
+                Geometry::Sphere(_) => return true,
+            };
+            let mut corners = mesh
+                .indices
+                .iter()
+                .map(|triangle| triangle.map(|i| mesh.positions[i as usize]));
+            let has_area = corners.any(|corners| unit_normal(&corners).is_some());
+            if !has_area {
+                flat.push(shape.name.clone());
+            }
+            has_area
+        });
+        for name in flat {
+            self.warn("meshes", format!("no triangle of `{name}` has an area: left out"));
+        }
     }
 
     /// Turns the triangles of unlit surfaces of two sides to the camera: they emit from one.

@@ -140,7 +140,7 @@ impl Importer<'_> {
         Ok(image)
     }
 
-    /// Decodes an image; one of a format that is known, and not read, is white.
+    /// Decodes an image; one that is damaged, or of a format that is not read, is white.
     fn decoded(
         &mut self,
         bytes: &[u8],
@@ -155,7 +155,14 @@ impl Importer<'_> {
                 &format!("{name} images are not supported: white is taken"),
             );
         }
-        decode_guessed(bytes, encoding, path.unwrap_or(self.path), self.loading)
+        match decode_guessed(bytes, encoding, path.unwrap_or(self.path), self.loading) {
+            // What it would cost is no matter of taste.
+            Err(error) if !matches!(error, ImportError::OverBudget { .. }) => self.white(
+                element,
+                &format!("white is taken for a damaged image: {}", error.chain()),
+            ),
+            image => image,
+        }
     }
 
     /// One white texel in place of an image.

@@ -20,6 +20,9 @@ impl Importer<'_> {
                 intensity: color("intensity")?,
             },
             "spot" => {
+                if properties.get("texture").is_some() {
+                    self.warn(node, "the texture of a spot light is not supported: left out");
+                }
                 let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
                 let cutoff = properties.positive("cutoff_angle")?.unwrap_or(20.0);
                 let beam = properties.float("beam_width")?.unwrap_or(0.75 * cutoff);

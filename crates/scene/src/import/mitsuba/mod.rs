@@ -120,6 +120,7 @@ struct Importer<'a> {
     instances: HashMap<*const Node, u32>,
     /// Nesting of BSDFs.
     depth: u32,
+    view_is_chosen: bool,
 }
 
 fn import(mut root: Node, loading: &Loading) -> Result<Loaded, ImportError> {
@@ -158,12 +159,14 @@ fn import(mut root: Node, loading: &Loading) -> Result<Loaded, ImportError> {
         placed: HashMap::new(),
         instances: HashMap::new(),
         depth: 0,
+        view_is_chosen: false,
     };
     importer.collect_ids(root)?;
     importer.scene(root)?;
     Ok(Loaded {
         description: importer.description,
         warnings: importer.warnings,
+        view_is_chosen: importer.view_is_chosen,
     })
 }
 
@@ -254,6 +257,7 @@ impl<'a> Importer<'a> {
             }
         }
         if !placed {
+            self.view_is_chosen = true;
             fit::camera(&mut self.description);
             if sensors == 0 {
                 self.warn(root, "no sensor: the camera looks at the whole scene");

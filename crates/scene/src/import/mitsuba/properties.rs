@@ -182,9 +182,10 @@ impl<'a> Properties<'a> {
         let Some(child) = self.typed(name, &["boolean"])? else {
             return Ok(None);
         };
+        // As in Mitsuba, `True` is one, too.
         match child.require("value")?.trim() {
-            "true" => Ok(Some(true)),
-            "false" => Ok(Some(false)),
+            value if value.eq_ignore_ascii_case("true") => Ok(Some(true)),
+            value if value.eq_ignore_ascii_case("false") => Ok(Some(false)),
             other => Err(child.malformed(format!("`{other}` is neither `true` nor `false`"))),
         }
     }
@@ -209,7 +210,7 @@ impl<'a> Properties<'a> {
     fn plugin(&self, node: &Node, kind: &str) -> Result<Rgb, ImportError> {
         let own = Properties::new(node)?;
         let color = match kind {
-            "uniform" => Rgb::splat(own.float("value")?.unwrap_or(1.0)),
+            "uniform" | "rawconstant" => Rgb::splat(own.float("value")?.unwrap_or(1.0)),
             "d65" => match own.color("color")? {
                 Some(color) => color * own.float("scale")?.unwrap_or(1.0),
                 None => Rgb::splat(own.float("scale")?.or(own.float("value")?).unwrap_or(1.0)),

@@ -10,7 +10,7 @@ use crate::import::xml::Node;
 use crate::{CameraDescription, FovAxis, Projection};
 use glam::{DAffine3, DMat3, DVec3};
 
-impl Importer<'_> {
+impl<'a> Importer<'a> {
     /// Reads a sensor. Says whether it places the camera.
     pub(super) fn sensor(&mut self, node: &Node) -> Result<bool, ImportError> {
         let properties = Properties::new(node)?;
@@ -73,10 +73,14 @@ impl Importer<'_> {
         }
 
         self.film(&properties)?;
-        if let Some(sampler) = only(&properties, "sampler")? {
+        if let Some(sampler) = self.one(&properties, "sampler")? {
             self.sampler(sampler)?;
         }
-        let media = properties.all(|child| matches!(child.tag.as_str(), "medium" | "ref"));
+        if properties.get("srf").is_some() {
+            self.warn(node, "the response by wavelength of a sensor is not supported");
+        }
+        let is_other = |child: &Node| self.refers_to(child, "film") || self.refers_to(child, "sampler");
+        let media = properties.all(|child| child.tag == "medium" || (child.tag == "ref" && !is_other(child)));
         match media[..] {
             [] => {}
             [one] => self.description.camera_medium = Some(self.medium_of(one)?),
@@ -134,7 +138,7 @@ impl Importer<'_> {
         // Mitsuba's defaults.
         self.description.settings.width = 768;
         self.description.settings.height = 576;
-        let Some(node) = only(sensor, "film")? else {
+        let Some(node) = self.one(sensor, "film")? else {
             self.warn(sensor.node, "no film: 768 × 576 pixels and a box filter");
             return Ok(());
         };
@@ -158,7 +162,8 @@ impl Importer<'_> {
             "banner",
         ]);
         let crop = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
-        if crop.iter().any(|name| properties.get(name).is_some()) {
+        // All are looked up, so that all count as read.
+        if crop.iter().filter_map(|name| properties.get(name)).count() > 0 {
             self.warn(node, "the whole image is rendered, not its crop");
         }
         if let Some(width) = properties.count("width")? {
@@ -167,7 +172,7 @@ impl Importer<'_> {
         if let Some(height) = properties.count("height")? {
             self.description.settings.height = height;
         }
-        match only(&properties, "rfilter")? {
+        match self.one(&properties, "rfilter")? {
             None => self.warn(
                 node,
                 "Mitsuba's default filter is Gaussian; the film here uses a box",
@@ -183,6 +188,24 @@ impl Importer<'_> {
             }
         }
         properties.finish()
+    }
+
+    /// The one child of that tag, or the one that a `ref` among the children refers to, if any.
+    fn one<'n>(&self, properties: &Properties<'n>, tag: &str) -> Result<Option<&'n Node>, ImportError>
+    where
+        'a: 'n,
+    {
+        match properties.all(|child| child.tag == tag || self.refers_to(child, tag))[..] {
+            [] => Ok(None),
+            [one] if one.tag == "ref" => self.target(one, tag).map(Some),
+            [one] => Ok(Some(one)),
+            [_, second, ..] => Err(second.malformed(format!("a second <{tag}>"))),
+        }
+    }
+
+    /// Whether a child is a `ref` to something of that tag.
+    fn refers_to(&self, child: &Node, tag: &str) -> bool {
+        child.tag == "ref" && self.any_target(child).is_ok_and(|target| target.tag == tag)
     }
 
     fn sampler(&mut self, node: &Node) -> Result<(), ImportError> {

@@ -82,6 +82,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         media: HashMap::new(),
         systems: HashMap::new(),
         camera: None,
+        view_is_chosen: false,
         object: None,
         objects: HashMap::new(),
         placed: HashSet::new(),
@@ -92,6 +93,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
     Ok(Loaded {
         description: importer.description,
         warnings: importer.warnings,
+        view_is_chosen: importer.view_is_chosen,
     })
 }
 
@@ -148,6 +150,7 @@ struct Importer<'a> {
     systems: HashMap<String, DAffine3>,
     /// Parameters of the camera and the map from its space to the world.
     camera: Option<(Parameters, DAffine3)>,
+    view_is_chosen: bool,
     /// The object that is being described.
     object: Option<(String, Vec<Part>)>,
     objects: HashMap<String, Vec<Part>>,
@@ -480,6 +483,7 @@ impl Importer<'_> {
             Some((parameters, to_world)) => self.view(&parameters, &to_world)?,
             None => {
                 fit::camera(&mut self.description);
+                self.view_is_chosen = true;
                 let message = "no camera: it looks at the whole scene".to_owned();
                 Warning::push(&mut self.warnings, location.clone(), message);
             }

@@ -329,3 +329,82 @@ fn thick_glass_refracts() {
         Material::MetallicRoughness { .. }
     ));
 }
+
+/// Meshes without area, accessors without data and damaged images are left out, and the rest is
+/// there.
+#[test]
+fn what_is_damaged_does_not_hide_the_rest() {
+    // All corners of the second mesh are one; the normals of the first have no data.
+    let json = with("", PLAIN)
+        .replacen(r#""nodes":[0]"#, r#""nodes":[0,1]"#, 1)
+        .replacen(r#"{"mesh":0}"#, r#"{"mesh":0},{"mesh":1}"#, 1)
+        .replacen(
+            r#""meshes":["#,
+            r#""meshes":[{"primitives":[{"attributes":{"POSITION":1},"indices":3}]},"#,
+            1,
+        )
+        .replacen(r#""NORMAL":1"#, r#""NORMAL":5"#, 1)
+        .replacen(
+            r#""accessors":["#,
+            r#""accessors":[{"componentType":5126,"count":4,"type":"VEC3"},"#,
+            1,
+        );
+    // The new accessor is the first, so that all others count one more.
+    let json = json
+        .replacen(r#""POSITION":1"#, r#""POSITION":2"#, 1)
+        .replacen(r#""NORMAL":5"#, r#""NORMAL":0"#, 1)
+        .replacen(r#""POSITION":0"#, r#""POSITION":1"#, 1)
+        .replacen(r#""TEXCOORD_0":2"#, r#""TEXCOORD_0":3"#, 1)
+        .replace(r#""indices":3"#, r#""indices":4"#);
+    let loaded = read(&json);
+    assert_eq!(loaded.description.shapes.len(), 1);
+    assert!(mesh(&loaded.description.shapes[0]).normals.is_empty());
+    let said = |loaded: &Loaded, what: &str| loaded.warnings.iter().any(|w| w.message.contains(what));
+    assert!(said(&loaded, "has an area: left out"), "{:?}", loaded.warnings);
+    assert!(Scene::new(&loaded.description).is_ok());
+
+    let mut damaged = pixel([255, 0, 0, 255]);
+    let end = damaged.len() - 20;
+    damaged.truncate(end);
+    let textured = r#","materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}]"#;
+    let loaded = read(&with("", &format!("{textured}{}", image(&damaged))));
+    assert!(said(&loaded, "damaged image"), "{:?}", loaded.warnings);
+}
+
+/// A view that the importer chose still holds the whole scene in a wider image; one of the file
+/// keeps its field of view.
+#[test]
+fn a_wider_image_cuts_nothing_off() {
+    let inside = |loaded: &Loaded| {
+        let camera = &loaded.description.camera;
+        let [width, height] = [
+            loaded.description.settings.width,
+            loaded.description.settings.height,
+        ];
+        let half = (0.5 * camera.fov_x).tan();
+        let halves = glam::Vec2::new(half, half * height as f32 / width as f32);
+        let corners = mesh(&loaded.description.shapes[0]).positions.iter();
+        let mut corners = corners.map(|&corner| camera.to_world.inverse().transform_point3(corner));
+        corners.all(|place| (place.truncate() / place.z).abs().cmple(halves).all())
+    };
+    let json = with("", PLAIN);
+    check_faults(&["the horizontal field of view stays"], |fault| {
+        let mut loaded = read(&json);
+        if fault.is_some() {
+            loaded.view_is_chosen = false;
+        }
+        for size in [[300, 300], [1600, 400], [400, 300], [300, 900]] {
+            loaded.resize(size);
+            let settings = loaded.description.settings;
+            assert_eq!([settings.width, settings.height], size);
+            expect("cut off", inside(&loaded))?;
+        }
+        Ok(())
+    })
+    .unwrap();
+    let mut placed = read(&json);
+    placed.view_is_chosen = false;
+    let before = placed.description.camera.fov_x;
+    placed.resize([1600, 400]);
+    assert_eq!(placed.description.camera.fov_x, before);
+}

@@ -165,6 +165,28 @@ fn spectra_have_types() {
     assert!((lamp(5777).y / 2.6e4 - 1.0).abs() < 0.05, "{}", lamp(5777));
 }
 
+/// Samplers, films and filters beside the sensor that refers to them, `True` for `true`.
+#[test]
+fn what_a_sensor_refers_to_is_its_own() {
+    let body = r#"<sampler type="independent" id="s"><integer name="sample_count" value="7"/></sampler>
+        <film type="hdrfilm" id="f"><integer name="width" value="5"/><integer name="height" value="3"/><ref id="r"/></film>
+        <rfilter type="box" id="r"/><medium type="homogeneous" id="m"/>
+        <sensor type="perspective"><ref id="s"/><ref id="f"/><ref id="m"/></sensor>
+        <shape type="sphere"><boolean name="flip_normals" value="True"/></shape>"#;
+    let loaded = read(body);
+    let settings = loaded.description.settings;
+    assert_eq!(
+        [settings.width, settings.height, settings.samples_per_pixel],
+        [5, 3, 7]
+    );
+    assert_eq!(loaded.description.camera_medium, Some(0));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let twice = body.replace(r#"<ref id="f"/>"#, r#"<ref id="f"/><ref id="f"/>"#);
+    assert!(message(&twice).contains("a second <film>"));
+    let missing = body.replace(r#"<ref id="s"/>"#, r#"<ref id="t"/>"#);
+    assert!(message(&missing).contains("nothing has the id `t`"));
+}
+
 /// What is rendered otherwise than a file asks is said, and the rest goes on.
 #[test]
 fn what_changes_little_is_a_warning() {
@@ -176,6 +198,18 @@ fn what_changes_little_is_a_warning() {
         (
             r#"<sensor type="perspective"><film type="hdrfilm"><integer name="crop_width" value="3"/></film></sensor>"#,
             "the whole image",
+        ),
+        (
+            r#"<sensor type="perspective"><film type="hdrfilm"><integer name="crop_width" value="3"/><integer name="crop_height" value="3"/><integer name="crop_offset_x" value="3"/></film></sensor>"#,
+            "the whole image",
+        ),
+        (
+            r#"<sensor type="perspective"><spectrum name="srf" type="d65"/></sensor>"#,
+            "response by wavelength",
+        ),
+        (
+            r#"<emitter type="spot"><texture name="texture" type="checkerboard"/></emitter>"#,
+            "texture of a spot light",
         ),
         (
             r#"<sensor type="orthographic"><transform name="to_world"><scale value="2"/></transform></sensor>"#,
