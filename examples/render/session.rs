@@ -73,6 +73,12 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             "--exposure has no meaning for an OpenEXR image, which keeps its values",
         ));
     }
+    let is_timed = matches!(arguments.request, MethodRequest::Auto(_)) && arguments.seconds.is_some();
+    if arguments.adaptive && !is_timed {
+        return Err(Failure::new(
+            "--adaptive is for --method auto with --seconds, and has no meaning otherwise",
+        ));
+    }
     let reference = arguments.reference.as_deref().map(read_reference).transpose()?;
     // Frames of samples show one moment; others have their own number.
     let moment = arguments

@@ -413,6 +413,7 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     // Scenes.
     refused(&["missing.xml"], 1, &["missing.xml", "no file", "cornell"]);
     refused(&["cornel"], 1, &["cornel", "no built-in scene"]);
+    refused(&["cornell", "--adaptive", "--spp", "1"], 1, &["--adaptive"]);
     refused(&["unknown.scene"], 1, &["unknown.scene"]);
     refused(&["empty.xml"], 1, &["empty.xml"]);
     refused(&["malformed.xml"], 1, &["malformed.xml"]);

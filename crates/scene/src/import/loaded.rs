@@ -22,16 +22,16 @@ pub struct Loaded {
 impl Loaded {
     /// Asks for an image of another size. The horizontal field of view stays; one that was chosen
     /// here grows where the new image would cut off what the old one shows.
-    pub fn resize(&mut self, [width, height]: [u32; 2]) {
+    pub fn resize(&mut self, size: [u32; 2]) {
         let settings = &mut self.description.settings;
         let wider = |[width, height]: [u32; 2]| (f64::from(width) / f64::from(height.max(1))).max(1.0);
-        let growth = wider([width, height]) / wider([settings.width, settings.height]);
+        let growth = wider(size) / wider([settings.width, settings.height]);
         if self.view_is_chosen && growth > 1.0 {
             let fov_x = &mut self.description.camera.fov_x;
             let half = (0.5 * f64::from(*fov_x)).tan() * growth;
             *fov_x = (2.0 * half.atan()) as f32;
         }
-        [settings.width, settings.height] = [width, height];
+        [settings.width, settings.height] = size;
     }
 }
 
