@@ -85,8 +85,8 @@ pub struct Arguments {
     #[arg(long, requires = "seconds")]
     pub adaptive: bool,
 
-    /// Image size instead of the scene's own; the horizontal field of view stays, unless the file has
-    /// no camera and a wider image would cut off what it shows.
+    /// Image size instead of the scene's own; the horizontal field of view stays, unless the file
+    /// has no camera and a wider image would cut off what it shows.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
 

@@ -22,8 +22,6 @@ use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use primitive::SphereRecord;
 pub use primitive::TriangleRecord;
-#[cfg(feature = "gltf")]
-pub(crate) use primitive::unit_normal;
 use touching::OpaqueSurfaces;
 
 /// A validated scene with its acceleration structure, emitters and camera.

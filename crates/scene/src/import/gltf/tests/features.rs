@@ -399,7 +399,7 @@ fn a_wider_image_cuts_nothing_off() {
             assert_eq!([settings.width, settings.height], size);
             expect("cut off", inside(&loaded))?;
         }
-        Ok(())
+        Ok::<(), String>(())
     })
     .unwrap();
     let mut placed = read(&json);
