@@ -114,6 +114,16 @@ pub struct TriangleMesh {
     pub glow: Vec<Rgb>,
 }
 
+#[cfg(feature = "gltf")]
+impl TriangleMesh {
+    /// Whether some triangle has an area. A scene refuses meshes without.
+    pub(crate) fn has_area(&self) -> bool {
+        let corners = |triangle: &[u32; 3]| triangle.map(|i| self.positions[i as usize].as_dvec3());
+        let mut triangles = self.indices.iter().map(corners);
+        triangles.any(|[a, b, c]| (b - a).cross(c - a).try_normalize().is_some())
+    }
+}
+
 /// A sphere in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereGeometry {

@@ -53,7 +53,6 @@ use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
 use super::loading::Loading;
-use crate::scene::unit_normal;
 use crate::{EmitterDescription, Geometry, Image, ImageTexture, Rgb, SceneDescription, ShapeDescription};
 use accessor::Buffers;
 use base64::Engine;
@@ -283,11 +282,7 @@ impl Importer<'_> {
                 Geometry::Instances(instances) => &instances.mesh,
                 Geometry::Sphere(_) => return true,
             };
-            let mut corners = mesh
-                .indices
-                .iter()
-                .map(|triangle| triangle.map(|i| mesh.positions[i as usize]));
-            let has_area = corners.any(|corners| unit_normal(&corners).is_some());
+            let has_area = mesh.has_area();
             if !has_area {
                 flat.push(shape.name.clone());
             }
