@@ -81,6 +81,9 @@ impl<'a> Importer<'a> {
         }
         let is_other = |child: &Node| self.refers_to(child, "film") || self.refers_to(child, "sampler");
         let media = properties.all(|child| child.tag == "medium" || (child.tag == "ref" && !is_other(child)));
+        for reference in media.iter().filter(|child| child.tag == "ref") {
+            self.target(reference, "medium")?;
+        }
         match media[..] {
             [] => {}
             [one] => self.description.camera_medium = Some(self.medium_of(one)?),

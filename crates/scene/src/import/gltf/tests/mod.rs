@@ -480,7 +480,11 @@ fn everything_wrong_is_named() {
     assert!(message(&embedded(r#"{"mesh":0}"#, &camera)).contains("(cameras[0]): the camera lacks"));
     let image = format!(r#"{PLAIN},"images":[{{"bufferView":0}}],"textures":[{{"source":0}}]"#)
         .replace("1]}", r#"1],"baseColorTexture":{"index":0}}"#);
-    assert!(message(&embedded(r#"{"mesh":0}"#, &image)).contains("(images[0])"));
+    let warnings = read(&embedded(r#"{"mesh":0}"#, &image)).warnings;
+    assert!(
+        warnings[0].to_string().contains("(images[0]): white"),
+        "{warnings:?}"
+    );
 
     let binary = glb(&document("", r#"{"mesh":0}"#, PLAIN), &square());
     for (at, new, expected) in [
