@@ -176,7 +176,7 @@ fn primitives(root: &mut Value) -> Result<(), Note> {
                 return Err((format!("meshes[{m}]/primitives[{p}]"), message.to_owned()));
             }
             // Without data all is zero: normals that are none, one corner for all triangles.
-            attributes.retain(|name, accessor| !is_empty(accessor) && !(is_flat && name == "POSITION"));
+            attributes.retain(|name, accessor| !(is_empty(accessor) || (is_flat && name == "POSITION")));
             if is_flat {
                 remove(primitive, "indices");
             }
