@@ -50,7 +50,7 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
 pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
 pub use path_shift::PathShift;
-pub use prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixTracer};
+pub use prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixStart, PrefixTracer};
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
 pub use suffix::trace_suffix;
 pub use tracer::{Finding, TreeTracer};

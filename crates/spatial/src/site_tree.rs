@@ -1,6 +1,8 @@
 //! The nearest surface sites by a k-d tree.
 
 use crate::{Bounds, Nearest, NearestSites, SiteMetric, SurfaceSite};
+use glam::Vec3;
+use lightshed_sampling::parallel;
 use std::fmt;
 use std::ops::Range;
 
@@ -16,11 +18,19 @@ pub struct SiteTree {
     splits: Vec<Split>,
     /// Levels of splits.
     levels: u32,
+    /// Positions, of the nodes of the last level.
+    leaves: Vec<Leaf>,
     /// Leaf by leaf.
-    sites: Vec<SurfaceSite>,
+    normals: Vec<Vec3>,
     indices: Vec<u32>,
     bounds: Bounds,
 }
+
+/// Positions of the sites of a leaf, coordinate by coordinate. Searches read a normal only where
+/// the position is near enough.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Leaf([[f32; LEAF]; 3]);
 
 /// A plane.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,6 +41,12 @@ struct Split {
 
 /// Most sites of a leaf.
 const LEAF: usize = 8;
+
+/// More levels than `u32::MAX` sites need.
+const MAX_LEVELS: usize = 32;
+
+/// Levels of splits that one thread makes before others help.
+const SHARED_LEVELS: u32 = 5;
 
 /// Why sites are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +70,8 @@ impl fmt::Display for SiteTreeError {
 impl std::error::Error for SiteTreeError {}
 
 impl SiteTree {
-    /// Builds the tree.
+    /// Builds the tree, with the feature `parallel` by all threads. The tree does not depend on
+    /// their number.
     ///
     /// # Errors
     /// See [`SiteTreeError`].
@@ -80,70 +97,111 @@ impl SiteTree {
             self.levels += 1;
         }
         self.bounds = Bounds::of_points(sites.iter().map(|site| site.position));
+        let mut entries: Vec<Entry> = (0..)
+            .zip(sites)
+            .map(|(index, site)| Entry {
+                position: site.position,
+                index,
+            })
+            .collect();
         self.splits.clear();
         self.splits.resize((1 << self.levels) - 1, Split::default());
-        self.indices.clear();
-        self.indices.extend(0..sites.len() as u32);
-        for level in 0..self.levels {
-            let nodes = 1usize << level;
-            let mut rest = &mut self.indices[..];
-            for node in 0..nodes {
-                let length = span(sites.len(), level, node).len();
-                let (own, others) = rest.split_at_mut(length);
+        // The upper levels, node by node; then the subtrees below them, each by one thread.
+        let top = self.levels.min(SHARED_LEVELS);
+        let count = sites.len();
+        for level in 0..top {
+            let mut rest = &mut entries[..];
+            for node in 0..1usize << level {
+                let (own, others) = rest.split_at_mut(span(count, level, node).len());
                 rest = others;
-                let lower = span(sites.len(), level + 1, 2 * node).len();
-                self.splits[nodes - 1 + node] = split(sites, own, lower);
+                self.splits[(1 << level) - 1 + node] = split(own, span(count, level + 1, 2 * node).len());
             }
         }
-        self.sites.clear();
-        self.sites
-            .extend(self.indices.iter().map(|&index| sites[index as usize]));
+        let mut parts = Vec::with_capacity(1 << top);
+        let mut rest = &mut entries[..];
+        for node in 0..1usize << top {
+            let (own, others) = rest.split_at_mut(span(count, top, node).len());
+            rest = others;
+            parts.push(own);
+        }
+        let levels = self.levels;
+        let below = parallel::map(parts.into_iter(), |root, own| {
+            let mut splits = Vec::with_capacity((1 << (levels - top)) - 1);
+            for level in top..levels {
+                let mut rest = &mut own[..];
+                for node in root << (level - top)..(root + 1) << (level - top) {
+                    let (own, others) = rest.split_at_mut(span(count, level, node).len());
+                    rest = others;
+                    splits.push(split(own, span(count, level + 1, 2 * node).len()));
+                }
+            }
+            splits
+        });
+        for (root, splits) in below.iter().enumerate() {
+            let mut splits = &splits[..];
+            for level in top..levels {
+                let (own, others) = splits.split_at(1 << (level - top));
+                splits = others;
+                let first = (1 << level) - 1 + (root << (level - top));
+                self.splits[first..first + own.len()].copy_from_slice(own);
+            }
+        }
+        self.indices.clear();
+        self.indices.extend(entries.iter().map(|entry| entry.index));
+        self.normals.clear();
+        self.normals
+            .extend(self.indices.iter().map(|&index| sites[index as usize].normal));
+        self.leaves.clear();
+        self.leaves.extend((0..1usize << levels).map(|number| {
+            let mut leaf = Leaf([[f32::INFINITY; LEAF]; 3]);
+            for (place, entry) in entries[span(count, levels, number)].iter().enumerate() {
+                for (row, coordinate) in leaf.0.iter_mut().zip(entry.position.to_array()) {
+                    row[place] = coordinate;
+                }
+            }
+            leaf
+        }));
         Ok(())
     }
 
     /// Number of sites.
     pub fn len(&self) -> usize {
-        self.sites.len()
+        self.indices.len()
     }
 
     /// Whether there are no sites.
     pub fn is_empty(&self) -> bool {
-        self.sites.is_empty()
+        self.indices.is_empty()
     }
 
-    /// Searches a node whose box is `off` away along each axis.
-    fn visit(&self, at: Node, off: [f64; 3], query: &mut Query<'_>) {
-        let squared: f64 = off.iter().map(|off| off * off).sum();
-        if squared > query.found.reach_squared() {
-            return;
-        }
-        if at.level == self.levels {
-            for place in span(self.sites.len(), at.level, at.number) {
-                let distance_squared = query.metric.distance_squared(query.site, &self.sites[place]);
-                query.found.offer(self.indices[place], distance_squared);
-            }
-            return;
-        }
-        let split = self.splits[(1 << at.level) - 1 + at.number];
-        let axis = split.axis as usize;
-        let beyond = f64::from(query.site.position[axis]) - f64::from(split.at);
-        let children = [0, 1].map(|side| Node {
-            level: at.level + 1,
-            number: 2 * at.number + side,
+    /// Offers the sites of a leaf that may be within reach.
+    #[inline]
+    fn offer(&self, number: usize, query: &mut Query<'_>) {
+        let (leaf, [x, y, z]) = (&self.leaves[number], query.site.position.to_array());
+        let squared: [f32; LEAF] = std::array::from_fn(|place| {
+            let [dx, dy, dz] = [leaf.0[0][place] - x, leaf.0[1][place] - y, leaf.0[2][place] - z];
+            dx * dx + dy * dy + dz * dz
         });
-        let near = usize::from(beyond > 0.0);
-        self.visit(children[near], off, query);
-        let mut far = off;
-        far[axis] = far[axis].max(beyond.abs());
-        self.visit(children[1 - near], far, query);
+        let places = span(self.indices.len(), self.levels, number);
+        for (within, place) in places.enumerate() {
+            if query.is_beyond(squared[within]) {
+                continue;
+            }
+            let position = leaf.0.map(|row| row[within]);
+            let site = SurfaceSite::new(Vec3::from(position), self.normals[place]);
+            let distance_squared = query.metric.distance_squared(query.site, &site);
+            query.found.offer(self.indices[place], distance_squared);
+            query.reach = reach(query.found);
+        }
     }
 }
 
-/// A node by its position in its level.
-#[derive(Clone, Copy)]
+/// A node by its position in its level, with how far its box is away along each axis.
+#[derive(Clone, Copy, Default)]
 struct Node {
     level: u32,
-    number: usize,
+    number: u32,
+    off: Vec3,
 }
 
 /// What is looked for.
@@ -151,6 +209,24 @@ struct Query<'a> {
     site: &'a SurfaceSite,
     metric: SiteMetric,
     found: &'a mut Nearest,
+    /// As [`reach`] has it.
+    reach: f32,
+}
+
+/// A squared distance that is at least that within which sites are accepted.
+fn reach(found: &Nearest) -> f32 {
+    found.reach_squared() as f32 * (1.0 + ROUNDING) + f32::MIN_POSITIVE
+}
+
+/// More than the relative error of a sum of three squared differences in `f32`.
+const ROUNDING: f32 = 1e-6;
+
+impl Query<'_> {
+    /// Whether what is this far away, as `f32` has it, is out of reach for certain.
+    #[inline(always)]
+    fn is_beyond(&self, squared: f32) -> bool {
+        squared * (1.0 - ROUNDING) > self.reach
+    }
 }
 
 /// The sites of a node: those of each level divide all sites evenly.
@@ -159,10 +235,16 @@ fn span(count: usize, level: u32, number: usize) -> Range<usize> {
     edge(number)..edge(number + 1)
 }
 
+/// A site while it is sorted.
+#[derive(Clone, Copy)]
+struct Entry {
+    position: Vec3,
+    index: u32,
+}
+
 /// Moves the `lower` first of `own` along the longest side of its box to the front.
-fn split(sites: &[SurfaceSite], own: &mut [u32], lower: usize) -> Split {
-    let position = |index: u32| sites[index as usize].position;
-    let bounds = Bounds::of_points(own.iter().map(|&index| position(index)));
+fn split(own: &mut [Entry], lower: usize) -> Split {
+    let bounds = Bounds::of_points(own.iter().map(|entry| entry.position));
     let sides = bounds.diagonal().to_array();
     let mut axis = 0;
     for other in 1..3 {
@@ -170,28 +252,60 @@ fn split(sites: &[SurfaceSite], own: &mut [u32], lower: usize) -> Split {
             axis = other;
         }
     }
-    let key = |index: u32| position(index)[axis];
+    let key = |entry: &Entry| entry.position[axis];
     // By number if coordinates are equal: the same tree on every machine.
-    own.select_nth_unstable_by(lower, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+    own.select_nth_unstable_by(lower, |a, b| {
+        key(a).total_cmp(&key(b)).then(a.index.cmp(&b.index))
+    });
     Split {
         axis: axis as u32,
-        at: key(own[lower]),
+        at: key(&own[lower]),
     }
 }
 
 impl NearestSites for SiteTree {
     fn nearest(&self, site: &SurfaceSite, metric: SiteMetric, found: &mut Nearest) {
         found.clear();
-        if self.sites.is_empty() || !site.position.is_finite() {
+        if self.indices.is_empty() || !site.position.is_finite() {
             return;
         }
         let outside = (self.bounds.min - site.position)
             .max(site.position - self.bounds.max)
-            .max(glam::Vec3::ZERO);
-        let root = Node { level: 0, number: 0 };
-        let mut query = Query { site, metric, found };
-        // Rounded inwards.
-        let off = outside.to_array().map(|off| f64::from(off) * (1.0 - 1e-6));
-        self.visit(root, off, &mut query);
+            .max(Vec3::ZERO);
+        let reach = reach(found);
+        let mut query = Query {
+            site,
+            metric,
+            found,
+            reach,
+        };
+        // The farther halves on the way down, at most one a level.
+        let (mut waiting, mut count) = ([Node::default(); MAX_LEVELS], 1);
+        waiting[0].off = outside;
+        while count > 0 {
+            count -= 1;
+            let mut node = waiting[count];
+            if query.is_beyond(node.off.length_squared()) {
+                continue;
+            }
+            while node.level < self.levels {
+                let split = self.splits[(1 << node.level) - 1 + node.number as usize];
+                let axis = split.axis as usize;
+                let beyond = site.position[axis] - split.at;
+                (node.level, node.number) = (node.level + 1, 2 * node.number);
+                let mut far = node;
+                far.off[axis] = far.off[axis].max(beyond.abs());
+                if beyond > 0.0 {
+                    node.number += 1;
+                } else {
+                    far.number += 1;
+                }
+                if !query.is_beyond(far.off.length_squared()) {
+                    waiting[count] = far;
+                    count += 1;
+                }
+            }
+            self.offer(node.number as usize, &mut query);
+        }
     }
 }

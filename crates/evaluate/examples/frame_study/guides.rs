@@ -23,6 +23,33 @@ fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, 
     Some((point.position, normal, distance, scene.bsdf(&point).albedo_hint()))
 }
 
+/// Rows and columns of the camera rays by which emission in a pixel is known.
+const GRID: u32 = 8;
+
+/// The emission that each pixel of frame number `frame` sees directly, sky included, by a grid of
+/// camera rays.
+pub fn emission(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<Rgb> {
+    let (camera, settings) = (motion.camera(scene, frame), scene.settings());
+    let emitters = scene.emitters();
+    let along = |film: Vec2| {
+        let ray = camera.ray(film, [0.5; 2]);
+        match (scene.intersect(&ray), emitters.environment()) {
+            (Some(point), _) => emitters.radiance(&point, ray.direction),
+            (None, Some(environment)) => environment.radiance(ray.direction),
+            (None, None) => Rgb::ZERO,
+        }
+    };
+    let pixel = |index: u32| {
+        let corner = Vec2::new((index % settings.width) as f32, (index / settings.width) as f32);
+        let places = (0..GRID * GRID).map(|place| {
+            let within = Vec2::new((place % GRID) as f32, (place / GRID) as f32) + 0.5;
+            corner + within / GRID as f32
+        });
+        places.map(along).sum::<Rgb>() / (GRID * GRID) as f32
+    };
+    (0..settings.width * settings.height).map(pixel).collect()
+}
+
 /// The guides of frame number `frame`, through the middles of the pixels.
 pub fn guides(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<PixelGuide> {
     let (camera, settings) = (motion.camera(scene, frame), scene.settings());

@@ -2,22 +2,24 @@
 //! a spatiotemporal filter, and covariance over time and space.
 //!
 //! ```text
-//! cargo run --release --example frame_study -- cornell --methods path,restir-pt,restir-suffix
+//! cargo run --release --example frame_study -- cornell doorway --methods path,restir-pt,restir-suffix
 //! ```
 //!
-//! Methods of independent samples get as many a frame as fit into the processor time of a frame of
-//! the last method. With `--move` the camera moves until the last frame, which alone is judged; the
+//! A frame of each method takes the processor time of a frame of the last one: methods of
+//! independent samples get as many as fit, and a chain of frames that is cheaper is the mean of as
+//! many independent chains (`--once` makes it one). The filter sees frames without the emission
+//! that is seen directly, which is known and is added afterwards, as renderers do. With `--move` the camera moves until the last frame, which alone is judged; the
 //! pixels whose surfaces came into view within the last five frames are judged for themselves, too.
 
 mod guides;
 
 use clap::Parser;
-use guides::guides;
-use lightshed::film::{FrameMethod, RgbImage, process_cpu_seconds, write_png};
+use guides::{emission, guides};
+use lightshed::film::{FrameMethod, RayCounts, RgbImage, process_cpu_seconds, write_png};
 use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
 use lightshed::scene::glam::{Vec3, Vec3A};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
-use lightshed_evaluate::{Reference, Svgf, SvgfOptions, TemporalStudy};
+use lightshed_evaluate::{PixelGuide, Reference, Svgf, SvgfOptions, TemporalStudy};
 use serde_json::json;
 use std::error::Error;
 use std::fs::File;
@@ -28,9 +30,9 @@ use std::sync::atomic::AtomicBool;
 #[derive(Parser, Debug)]
 #[command(about = "Errors of single frames, raw and filtered, and their covariance over time and space")]
 struct Arguments {
-    /// A built-in scene or a file.
+    /// Built-in scenes or files.
     #[arg(default_value = "cornell")]
-    scene: String,
+    scenes: Vec<String>,
     /// Methods by name, with options as in path:bvh.
     #[arg(long, value_delimiter = ',', default_value = "path,restir-pt,restir-suffix")]
     methods: Vec<Method>,
@@ -55,6 +57,9 @@ struct Arguments {
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
+    /// One chain of each method, though it is cheaper than a frame of the last one.
+    #[arg(long)]
+    once: bool,
     /// Folder for (x, t) slices and filtered frames.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -62,10 +67,10 @@ struct Arguments {
 
 type Failure = Box<dyn Error>;
 
-fn description(arguments: &Arguments) -> Result<SceneDescription, Failure> {
-    let mut description = match builtin::by_name(&arguments.scene) {
+fn description(arguments: &Arguments, scene: &str) -> Result<SceneDescription, Failure> {
+    let mut description = match builtin::by_name(scene) {
         Some(description) => description,
-        None => import::load(Path::new(&arguments.scene), &[])?.description,
+        None => import::load(Path::new(scene), &[])?.description,
     };
     let settings = &mut description.settings;
     (settings.width, settings.height) = (arguments.size[0], arguments.size[1]);
@@ -98,10 +103,58 @@ struct Study<'a> {
     scene: &'a Scene,
     motion: CameraMotion,
     reference: &'a Reference,
+    /// What the filter is told of each frame, and the emission in it; of one frame if the camera is
+    /// still.
+    views: Vec<(Vec<PixelGuide>, Vec<Rgb>)>,
+}
+
+/// Several chains with independent random numbers, and their mean.
+struct Mean<'a>(Vec<Box<dyn FrameMethod + 'a>>);
+
+impl FrameMethod for Mean<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.0[0].size()
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let share = 1.0 / self.0.len() as f32;
+        let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
+        for (chain, own) in self.0.iter_mut().zip(0u64..) {
+            counts += chain.render_frame(frame, seed ^ own << 32, image, cancel)?;
+            sum.iter_mut()
+                .zip(&*image)
+                .for_each(|(sum, value)| *sum += *value * share);
+        }
+        image.copy_from_slice(&sum);
+        Some(counts)
+    }
+
+    fn is_still(&self) -> bool {
+        self.0[0].is_still()
+    }
 }
 
 impl Study<'_> {
     fn started<'b>(
+        &self,
+        stage: &'b Stage<'_>,
+        method: &Method,
+        samples: u32,
+    ) -> Result<Box<dyn FrameMethod + 'b>, Failure> {
+        if method.capabilities().frames {
+            let chains = (0..samples).map(|_| self.chain_of(stage, method, 1));
+            return Ok(Box::new(Mean(chains.collect::<Result<_, _>>()?)));
+        }
+        self.chain_of(stage, method, samples)
+    }
+
+    fn chain_of<'b>(
         &self,
         stage: &'b Stage<'_>,
         method: &Method,
@@ -138,8 +191,13 @@ impl Study<'_> {
             let done = method.render_frame(number, seed, &mut frame, &AtomicBool::new(false));
             done.ok_or("interrupted")?;
             errors.seconds += (cpu() - start) / f64::from(*frames);
-            let guides = guides(self.scene, self.motion, number);
-            filtered = filter.filter(&frame, &guides).ok_or("another size")?;
+            let (guides, emission) = &self.views[(number as usize).min(self.views.len() - 1)];
+            let reflected: Vec<Rgb> = frame.iter().zip(emission).map(|(all, own)| all - own).collect();
+            filtered = filter.filter(&reflected, guides).ok_or("another size")?;
+            filtered
+                .iter_mut()
+                .zip(emission)
+                .for_each(|(value, own)| *value += own);
             if number + judged.max(1) < *frames {
                 continue;
             }
@@ -165,8 +223,8 @@ impl Study<'_> {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut description = description(arguments)?;
+fn run(arguments: &Arguments, name: &str) -> Result<(), Failure> {
+    let mut description = description(arguments, name)?;
     let scene = Scene::new(&description)?;
     let per_frame = arguments.moves.map(|share| {
         let right = -description.camera.to_world.matrix3.x_axis.normalize();
@@ -189,6 +247,9 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         scene: &scene,
         motion,
         reference: &reference,
+        views: (0..if motion.is_still() { 1 } else { arguments.frames })
+            .map(|frame| (guides(&scene, motion, frame), emission(&scene, motion, frame)))
+            .collect(),
     };
     let (stage, moved_stage) = (Stage::new(&scene), Stage::new(&moved));
     // The yardstick: a frame of the last method, after its first ones.
@@ -207,17 +268,20 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     for method in &arguments.methods {
         let is_plain = !method.capabilities().frames;
         let stage = if is_plain { &moved_stage } else { &stage };
-        let mut samples = 1;
-        if is_plain {
-            let mut plain = study.started(stage, method, 8)?;
-            plain
-                .render_frame(0, 1, &mut frame, &never)
+        // A few first frames, and the ones that are timed.
+        let tried = if is_plain { 8 } else { 1 };
+        let mut trial = study.started(stage, method, tried)?;
+        let (mut start, frames) = (0.0, if is_plain { 2 } else { 4 });
+        for number in 0..frames {
+            start = cpu();
+            trial
+                .render_frame(number, 1, &mut frame, &never)
                 .ok_or("interrupted")?;
-            let start = cpu();
-            plain
-                .render_frame(1, 1, &mut frame, &never)
-                .ok_or("interrupted")?;
-            samples = ((8.0 * budget / (cpu() - start)).round() as u32).max(1);
+        }
+        drop(trial);
+        let mut samples = ((f64::from(tried) * budget / (cpu() - start)).round() as u32).max(1);
+        if !is_plain && (arguments.once || method.to_string() == yardstick.to_string()) {
+            samples = 1;
         }
         let mut errors = Errors::default();
         let mut filtered = Vec::new();
@@ -227,7 +291,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         let [mse, rel_mse, filtered_mse, filtered_rel_mse] = errors.sums.map(|sum| sum / errors.frames);
         let mut row = json!({
-            "scene": arguments.scene, "method": method.to_string(), "samples": samples,
+            "scene": name, "method": method.to_string(), "samples": samples,
             "cpu_seconds": errors.seconds / f64::from(arguments.repeats),
             "mse": mse, "rel_mse": rel_mse, "filtered_mse": filtered_mse, "filtered_rel_mse": filtered_rel_mse,
         });
@@ -272,7 +336,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    let arguments = Arguments::parse();
+    match arguments.scenes.iter().try_for_each(|name| run(&arguments, name)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("frame_study: {error}");

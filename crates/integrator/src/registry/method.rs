@@ -74,12 +74,15 @@ impl Method {
 
     /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
     /// is biased, and its frames depend on earlier ones if the cache continues to learn. With
-    /// either of them, with decorrelated reuse or with reservoirs in cells of space, the device
-    /// does not support it.
+    /// either of them, with decorrelated reuse, samples of direct light or with reservoirs in cells
+    /// of space, the device does not support it.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
-            device: own.device && !self.values.is_decorrelated() && self.values.world_reuse().is_none(),
+            device: own.device
+                && !self.values.is_decorrelated()
+                && self.values.world_reuse().is_none()
+                && self.values.direct_samples(0) == 0,
             ..own
         };
         if self.values.guided_paths().is_some() {

@@ -261,12 +261,14 @@ pub static METHODS: &[MethodEntry] = &[
             options::POINTS,
             options::VISIBLE,
             options::PAIRS,
+            options::DIRECT_SAMPLES,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
             if let Some(block) = values.get(&options::PAIRS) {
                 (options.pairs, options.rounds) = (Some(block), PAIRED_ROUNDS);
             }
+            options.direct_samples = values.direct_samples(options.direct_samples);
             restir_pt(stage, values, motion, options)
         },
     },
@@ -286,8 +288,7 @@ pub static METHODS: &[MethodEntry] = &[
         ],
         start: |stage, values, motion| {
             let mut settings = RestirPtOptions::offline(values.path_mapping());
-            let samples = values.get(&options::DIRECT_SAMPLES);
-            settings.direct_samples = samples.unwrap_or(settings.direct_samples);
+            settings.direct_samples = values.direct_samples(settings.direct_samples);
             restir_pt(stage, values, motion, settings)
         },
     },
@@ -302,6 +303,9 @@ pub static METHODS: &[MethodEntry] = &[
             options::PREFIXES,
             options::CANONICAL,
             options::BORROWED,
+            options::CAMERA_RAYS,
+            options::DIRECT_SAMPLES,
+            options::VISIBLE,
         ],
         start: |stage, values, motion| {
             let mut options = RestirSuffixOptions::real_time(values.path_mapping());
@@ -322,6 +326,9 @@ pub static METHODS: &[MethodEntry] = &[
             options::PREFIXES,
             options::CANONICAL,
             options::BORROWED,
+            options::CAMERA_RAYS,
+            options::DIRECT_SAMPLES,
+            options::VISIBLE,
         ],
         start: |stage, values, motion| {
             let options = RestirSuffixOptions::offline(values.path_mapping());

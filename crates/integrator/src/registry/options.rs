@@ -4,7 +4,7 @@ use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
     CacheRule, CachedPathsOptions, CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions,
     MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
-    RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
+    RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
 };
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
@@ -190,10 +190,10 @@ pub const LIGHT_SAMPLES: MethodOption = MethodOption::new(
 pub const DIRECT_SAMPLES: MethodOption = MethodOption::new(
     "direct-samples",
     "N",
-    "4",
+    "",
     |text| within(text, 0..=MAX_DIRECT_SAMPLES),
-    "Samples of direct light a frame, each behind a camera ray of its own, beside resampled longer paths; 0 resamples direct \
-     light, too",
+    "Samples of direct light a frame, each behind a camera ray of its own, beside resampled longer paths: 4 of \
+     restir-pt-offline, 8 of restir-suffix and 32 of its offline frames, if not given; 0 resamples direct light, too",
 );
 
 /// The shift mapping.
@@ -265,6 +265,15 @@ pub const PREFIXES: MethodOption = MethodOption::new(
     "",
     |text| within(text, 1..=crate::MAX_PREFIXES),
     "Integration prefixes of a pixel and frame: 8, or 32 offline, if not given",
+);
+
+/// Camera rays of integration prefixes.
+pub const CAMERA_RAYS: MethodOption = MethodOption::new(
+    "camera-rays",
+    "N",
+    "",
+    |text| within(text, 1..=crate::MAX_PREFIXES),
+    "Camera rays of a pixel and frame that integration prefixes start from: 2, or 8 offline, if not given",
 );
 
 /// Canonical suffixes.
@@ -485,6 +494,11 @@ impl MethodValues {
         self.get(&LIGHT_SAMPLES).unwrap_or(1)
     }
 
+    /// Samples of direct light beside resampled paths.
+    pub fn direct_samples(&self, default: u32) -> u32 {
+        self.get(&DIRECT_SAMPLES).unwrap_or(default)
+    }
+
     /// The shift mapping of ReSTIR path tracing.
     pub fn path_mapping(&self) -> PathMapping {
         match self.get::<String>(&SHIFT).as_deref() {
@@ -516,7 +530,15 @@ impl MethodValues {
     pub fn restir_suffix_options(&self, default: RestirSuffixOptions) -> RestirSuffixOptions {
         let prefixes = self.get(&PREFIXES).unwrap_or(default.prefixes);
         RestirSuffixOptions {
+            suffixes: RestirPtOptions {
+                direct_samples: self.direct_samples(default.suffixes.direct_samples),
+                visible_emission: self.visible_emission(),
+                ..default.suffixes
+            },
             prefixes,
+            camera_rays: self
+                .get(&CAMERA_RAYS)
+                .unwrap_or(default.camera_rays.min(prefixes)),
             canonical: self.get(&CANONICAL).unwrap_or(default.canonical.min(prefixes)),
             borrowed: self.get(&BORROWED).unwrap_or(default.borrowed),
             ..default

@@ -9,4 +9,4 @@ mod tracer;
 pub use domain::PrefixDomain;
 pub use sample::PrefixSample;
 pub use shift::PrefixShift;
-pub use tracer::{PrefixFinding, PrefixTracer};
+pub use tracer::{PrefixFinding, PrefixStart, PrefixTracer};

@@ -20,6 +20,8 @@ use lightshed_sampling::{PathSeed, PrimarySample};
 /// it counts.
 pub struct PrefixTracer<W: World> {
     roulette_from: u32,
+    /// Least edges of paths whose light counts.
+    least_length: u32,
     walks: Vec<Walk<W>>,
     /// The active walks, and the vertices that they have reached.
     places: Vec<usize>,
@@ -31,6 +33,29 @@ pub struct PrefixTracer<W: World> {
     pending: Vec<(usize, Vec3)>,
     pending_rays: Vec<W::Ray>,
     occluded: Vec<bool>,
+}
+
+/// Where a prefix starts, and its random numbers.
+pub struct PrefixStart<'d, 'w, W: World> {
+    /// The domain.
+    pub domain: &'d PrefixDomain<'w, W>,
+    /// Source of the random numbers.
+    pub seed: PathSeed,
+    /// Uniform numbers of the lobe and of the direction at the first vertex, in place of those of
+    /// the seed: prefixes of a gather may be stratified by them. Such a prefix must not be reused,
+    /// for no shift can replay it.
+    pub first: Option<[f32; 3]>,
+}
+
+impl<'d, 'w, W: World> PrefixStart<'d, 'w, W> {
+    /// With all numbers from the seed.
+    pub fn new(domain: &'d PrefixDomain<'w, W>, seed: PathSeed) -> Self {
+        Self {
+            domain,
+            seed,
+            first: None,
+        }
+    }
 }
 
 /// What a prefix has found.
@@ -45,6 +70,7 @@ pub enum PrefixFinding<'a, V> {
 struct Walk<W: World> {
     seed: PathSeed,
     numbers: PathNumbers,
+    first: Option<[f32; 3]>,
     /// Number of the current vertex.
     index: u32,
     throughput: Vec3,
@@ -55,10 +81,11 @@ struct Walk<W: World> {
 }
 
 impl<W: World> Walk<W> {
-    fn new(seed: PathSeed) -> Self {
+    fn new(&PrefixStart { seed, first, .. }: &PrefixStart<'_, '_, W>) -> Self {
         Self {
             seed,
             numbers: PathNumbers::new(seed),
+            first,
             index: 1,
             throughput: Vec3::ONE,
             weight: 1.0,
@@ -82,8 +109,14 @@ impl<W: World> Walk<W> {
 
     /// Scatters at the current vertex.
     fn scatter(&mut self, world: &W, vertex: &W::Vertex, roulette_from: u32) -> Option<W::Ray> {
-        let numbers = self.numbers.scatter(self.index);
-        let sampled = world.sample_lobe(vertex, self.wo, numbers.lobe, numbers.direction)?;
+        let (u_lobe, u_direction) = match self.first {
+            Some([lobe, u, v]) if self.index == 1 => (lobe, [u, v]),
+            _ => {
+                let numbers = self.numbers.scatter(self.index);
+                (numbers.lobe, numbers.direction)
+            }
+        };
+        let sampled = world.sample_lobe(vertex, self.wo, u_lobe, u_direction)?;
         let throughput = self.throughput;
         self.throughput *= sampled.scattering.weight();
         if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
@@ -143,6 +176,7 @@ impl<W: World> PrefixTracer<W> {
     pub fn new(roulette_from: u32) -> Self {
         Self {
             roulette_from,
+            least_length: 0,
             walks: Vec::new(),
             places: Vec::new(),
             vertices: Vec::new(),
@@ -156,16 +190,24 @@ impl<W: World> PrefixTracer<W> {
         }
     }
 
-    /// Traces a prefix for each domain and seed and passes its results to `visit`, with the number
-    /// of the prefix, in an order that depends on the prefix alone. With `with_light`, the light
-    /// along the way is estimated, too; otherwise no emitter is sampled.
+    /// Without the light of paths of fewer than `edges` edges (that from the camera included),
+    /// which is left to another estimator. The prefixes stay the same, bit for bit.
+    #[must_use]
+    pub fn with_least_length(mut self, edges: u32) -> Self {
+        self.least_length = edges;
+        self
+    }
+
+    /// Traces a prefix for each start and passes its results to `visit`, with the number of the
+    /// start, in an order that depends on the starts alone. With `with_light`, the light along the
+    /// way is estimated, too; otherwise no emitter is sampled.
     pub fn trace(
         &mut self,
-        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        starts: &[PrefixStart<'_, '_, W>],
         with_light: bool,
         mut visit: impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
     ) {
-        let Some(world) = starts.first().map(|(domain, _)| domain.world()) else {
+        let Some(world) = starts.first().map(|start| start.domain.world()) else {
             return;
         };
         self.begin(world, starts, with_light, &mut visit);
@@ -192,17 +234,17 @@ impl<W: World> PrefixTracer<W> {
     fn begin(
         &mut self,
         world: &W,
-        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        starts: &[PrefixStart<'_, '_, W>],
         with_light: bool,
         visit: &mut impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
     ) {
         self.walks.clear();
-        self.walks.extend(starts.iter().map(|&(_, seed)| Walk::new(seed)));
+        self.walks.extend(starts.iter().map(Walk::new));
         self.places.clear();
         self.rays.clear();
-        for (number, (domain, _)) in starts.iter().enumerate() {
+        for (number, start) in starts.iter().enumerate() {
             let walk = &mut self.walks[number];
-            if let Start::Sensor(sensor) = domain.start()
+            if let Start::Sensor(sensor) = start.domain.start()
                 && let Some((ray, direction)) = world.sensor_ray(sensor, walk.numbers.sensor())
             {
                 walk.wo = -direction;
@@ -213,16 +255,16 @@ impl<W: World> PrefixTracer<W> {
         self.vertices.clear();
         self.vertices.resize(self.rays.len(), None);
         world.trace_many(&self.rays, RayKind::Sensor, &mut self.vertices);
-        if with_light {
+        if with_light && self.least_length <= 1 {
             for (&number, vertex) in self.places.iter().zip(&self.vertices) {
                 let radiance = End::of(vertex.as_ref()).radiance(world, -self.walks[number].wo);
-                if radiance != Vec3::ZERO && starts[number].0.max_length() >= 1 {
+                if radiance != Vec3::ZERO && starts[number].domain.max_length() >= 1 {
                     visit(number, PrefixFinding::Light(radiance));
                 }
             }
         }
-        for (number, (domain, _)) in starts.iter().enumerate() {
-            if let Start::Vertex { first, wo } = domain.start() {
+        for (number, start) in starts.iter().enumerate() {
+            if let Start::Vertex { first, wo } = start.domain.start() {
                 self.walks[number].wo = *wo;
                 self.places.push(number);
                 self.vertices.push(Some(first.clone()));
@@ -231,18 +273,21 @@ impl<W: World> PrefixTracer<W> {
     }
 
     /// From every vertex, possibly a path to an emitter, and a ray to the next vertex.
-    fn leave(&mut self, world: &W, starts: &[(&PrefixDomain<'_, W>, PathSeed)], with_light: bool) {
+    fn leave(&mut self, world: &W, starts: &[PrefixStart<'_, '_, W>], with_light: bool) {
         self.pending.clear();
         self.pending_rays.clear();
         self.next_places.clear();
         self.rays.clear();
         self.origins.clear();
         for (place, (&number, vertex)) in self.places.iter().zip(&self.vertices).enumerate() {
-            let (walk, length) = (&mut self.walks[number], starts[number].0.max_length());
+            let (walk, length) = (&mut self.walks[number], starts[number].domain.max_length());
             let Some(vertex) = vertex.as_ref().filter(|_| walk.index < length) else {
                 continue;
             };
-            if with_light && let Some((light, ray)) = walk.sample_emitter(world, vertex) {
+            if with_light
+                && walk.index + 1 >= self.least_length
+                && let Some((light, ray)) = walk.sample_emitter(world, vertex)
+            {
                 self.pending.push((number, light));
                 self.pending_rays.push(ray);
             }
@@ -258,13 +303,16 @@ impl<W: World> PrefixTracer<W> {
     fn arrive(
         &mut self,
         world: &W,
-        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        starts: &[PrefixStart<'_, '_, W>],
         with_light: bool,
         visit: &mut impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
     ) {
         for (place, &number) in self.places.iter().enumerate() {
-            let (walk, domain) = (&self.walks[number], starts[number].0);
-            if with_light && let Some(light) = walk.met(world, self.vertices[place].as_ref()) {
+            let (walk, domain) = (&self.walks[number], starts[number].domain);
+            if with_light
+                && walk.index >= self.least_length
+                && let Some(light) = walk.met(world, self.vertices[place].as_ref())
+            {
                 visit(number, PrefixFinding::Light(light));
             }
             let left = walk

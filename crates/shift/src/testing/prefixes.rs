@@ -4,7 +4,7 @@ use super::alcove::Alcove;
 use super::naive::radiance_sample;
 use super::pairs::{LENGTH, film};
 use crate::connectability::Connectability;
-use crate::prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixTracer};
+use crate::prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixStart, PrefixTracer};
 use crate::world::{RayKind, World, WorldGeometry, WorldLighting};
 use lightshed_resampling::{
     DomainReservoir, Input, Jacobian, Mis, Reservoir, Ris, ShiftMapping, Shifted, Undefined, merge,
@@ -32,14 +32,19 @@ enum Lost {
     Length,
     /// The throughput of the prefix.
     Throughput,
+    /// Light by two edges counts twice: in the estimator that it is left to, and on the way.
+    Twice,
+    /// The numbers of the first lobe and direction depend on each other.
+    First,
 }
 
 /// Longest path of the sums below: short, so that a length that is off by one is seen.
 const EDGES: u32 = 4;
 
 /// The radiance that a sensor measures is the light on the way of prefixes, and their throughput
-/// times what leaves their last vertices. With roulette from the second vertex on. False-positive
-/// rate 10⁻⁵.
+/// times what leaves their last vertices. With roulette from the second vertex on. Light by at
+/// most two edges has an estimator of its own here, and the first scattering has its own numbers.
+/// False-positive rate 10⁻⁵.
 #[test]
 fn prefixes_and_suffixes_add_up_to_paths() {
     let world = Alcove::new();
@@ -58,22 +63,46 @@ fn prefixes_and_suffixes_add_up_to_paths() {
         });
     }
     let domain = PrefixDomain::of_sensor(&world, pixel, ends(), EDGES);
-    check_faults(&[Lost::Light, Lost::Length, Lost::Throughput], |lost| {
-        let (mut tracer, mut found) = (PrefixTracer::new(2), MeanTest::new());
+    let short = PrefixDomain::of_sensor(&world, pixel, ends(), 2);
+    let faults = [
+        Lost::Light,
+        Lost::Length,
+        Lost::Throughput,
+        Lost::Twice,
+        Lost::First,
+    ];
+    check_faults(&faults, |lost| {
+        let least = if lost == Some(Lost::Twice) { 0 } else { 3 };
+        let (mut direct, mut found) = (PrefixTracer::new(2), MeanTest::new());
+        let mut tracer = PrefixTracer::new(2).with_least_length(least);
         for sample in 0..100_000 {
             let mut rng = CounterRng::new(32, 0, sample);
             let (mut light, mut end) = (0.0, None);
-            tracer.trace(
-                &[(&domain, PathSeed::draw(&mut rng))],
+            let [seed, other] = [0, 1].map(|_| PathSeed::draw(&mut rng));
+            direct.trace(
+                &[PrefixStart::new(&short, other)],
                 true,
                 |_, finding| match finding {
-                    PrefixFinding::Light(_) if lost == Some(Lost::Light) => (),
                     PrefixFinding::Light(radiance) => light += radiance.as_dvec3().element_sum(),
-                    PrefixFinding::Prefix(prefix, vertex, weight) => {
-                        end = Some((*prefix, vertex.clone(), weight.value()));
-                    }
+                    PrefixFinding::Prefix(..) => panic!("a prefix of two edges"),
                 },
             );
+            let [u, v] = rng.next_2d();
+            let first = match lost {
+                Some(Lost::First) => [0.5 * u, u, v],
+                _ => [rng.next_f32(), u, v],
+            };
+            let start = PrefixStart {
+                first: Some(first),
+                ..PrefixStart::new(&domain, seed)
+            };
+            tracer.trace(&[start], true, |_, finding| match finding {
+                PrefixFinding::Light(_) if lost == Some(Lost::Light) => (),
+                PrefixFinding::Light(radiance) => light += radiance.as_dvec3().element_sum(),
+                PrefixFinding::Prefix(prefix, vertex, weight) => {
+                    end = Some((*prefix, vertex.clone(), weight.value()));
+                }
+            });
             if let Some((prefix, vertex, weight)) = end {
                 assert!(prefix.length() < EDGES);
                 let length = match lost {
@@ -109,11 +138,15 @@ fn draw<W: World>(
     rng: &mut CounterRng,
 ) -> Reservoir<PrefixSample, lightshed_sampling::PrimarySample> {
     let mut found = Vec::new();
-    tracer.trace(&[(domain, PathSeed::draw(rng))], false, |_, finding| {
-        if let PrefixFinding::Prefix(prefix, _, weight) = finding {
-            found.push((*prefix, weight));
-        }
-    });
+    tracer.trace(
+        &[PrefixStart::new(domain, PathSeed::draw(rng))],
+        false,
+        |_, finding| {
+            if let PrefixFinding::Prefix(prefix, _, weight) = finding {
+                found.push((*prefix, weight));
+            }
+        },
+    );
     let mut ris = Ris::new();
     for (prefix, weight) in found {
         ris.candidate(prefix, prefix.target(), weight, rng);

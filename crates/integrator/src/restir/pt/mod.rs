@@ -4,6 +4,7 @@
 mod direct;
 mod options;
 
+pub(crate) use direct::{DIRECT_EDGES, add_direct};
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
@@ -12,7 +13,6 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::FrameOfPaths;
 use crate::visible_emission::VisibleFrames;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
-use direct::{DIRECT_EDGES, add_direct};
 use lightshed_film::{FrameMethod, RayCounts, RayTally};
 use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,

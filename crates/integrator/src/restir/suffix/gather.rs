@@ -1,21 +1,22 @@
 //! The final gather (Kettunen 2023 §7): many short prefixes, each with suffixes of its neighbours.
 
-use super::supports::{BATCH, GROUP, Pass, Prefixes, SuffixReservoir, Suffixes, Supports};
+use super::emission::Emission;
+use super::supports::{GROUP, Pass, Prefixes, SuffixReservoir, Suffixes, Supports};
+use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
-use crate::restir::frames::FrameView;
-use crate::{PixelSensor, SceneVertex, SceneWorld};
+use crate::restir::frames::{FrameView, corner_of};
+use crate::{SceneVertex, SceneWorld};
 use lightshed_resampling::{
-    Conditional, ConditionalShift, ConditionallyIndependent, ContributionWeight, FinalGather, Input, Mis,
-    MixtureRis, PrefixWeight, Reservoir, ShiftMapping,
+    Conditional, ConditionalShift, ConditionallyIndependent, ContributionWeight, Extent, FinalGather, Input,
+    Mis, MixtureRis, PrefixWeight, Reservoir, ShiftMapping,
 };
-use lightshed_sampling::{CounterRng, PathSeed, PrimarySample, parallel};
-use lightshed_scene::{Camera, Rgb};
+use lightshed_sampling::{CounterRng, PathSeed, PrimarySample, f32_from_u32, parallel};
+use lightshed_scene::{Ray, Rgb};
 use lightshed_shift::{
-    Connectability, Finding, PathDomain, PathSample, PrefixDomain, PrefixFinding, PrefixSample, PrefixTracer,
-    TreeTracer,
+    Connectability, Finding, PathDomain, PathSample, PrefixDomain, PrefixFinding, PrefixSample, PrefixStart,
+    PrefixTracer, RayKind, TreeTracer, WorldGeometry,
 };
 use lightshed_spatial::{Nearest, NearestSites, SiteMetric, SiteTree, SurfaceSite};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What the gather of a frame reads.
@@ -23,6 +24,11 @@ pub(super) struct Gather<'b, 'a, E: EmitterSampler, S> {
     pub world: &'a SceneWorld<'a, E>,
     pub shift: &'b S,
     pub gather: FinalGather,
+    /// Of a pixel, that of its supporting prefix among them.
+    pub camera_rays: u32,
+    /// Edges of the shortest paths that count.
+    pub least_length: u32,
+    pub emission: Emission<'b, 'a, E>,
     pub borrowed: usize,
     pub within: f32,
     pub metric: SiteMetric,
@@ -32,7 +38,7 @@ pub(super) struct Gather<'b, 'a, E: EmitterSampler, S> {
     pub connectability: Connectability,
     pub supports: &'b Supports<'a, E>,
     pub reservoirs: &'b [SuffixReservoir<'a, E>],
-    pub size: [u32; 2],
+    pub extent: Extent,
     #[cfg(test)]
     pub fault: Option<super::tests::Fault>,
 }
@@ -85,10 +91,33 @@ struct Scratch<'a, E: EmitterSampler> {
     prefixes: PrefixTracer<SceneWorld<'a, E>>,
     trees: TreeTracer<SceneWorld<'a, E>>,
     nearest: Nearest,
+    /// Of further camera rays.
+    rays: Vec<Ray>,
+    vertices: Vec<Option<SceneVertex>>,
+}
+
+/// Some pixels in a row.
+struct Batch<'n, 'i> {
+    view: FrameView<'n>,
+    /// Number of the first.
+    first: usize,
+    /// Their random numbers.
+    numbers: Vec<CounterRng>,
+    image: &'i mut [Rgb],
 }
 
 /// Contribution and count of one technique without regard to samples: what roulette leaves.
 const CANONICAL_CONFIDENCE: f32 = 1.0;
+
+/// Prefixes that are traced together.
+const PREFIXES: usize = 256;
+
+/// A seed of its own, so that prefixes and all else in other frames share no numbers.
+const OTHER_SEED: u64 = 0x7072_6566_6978_2e2e;
+
+/// Steps between a pixel's camera rays: the powers of the inverse plastic number in four
+/// dimensions (Roberts 2018), by which any number of them is stratified.
+const STEPS: [f32; 4] = [0.856_674_9, 0.733_891_85, 0.628_706_7, 0.538_597_3];
 
 impl<'a, E: EmitterSampler, S> Gather<'_, 'a, E, S>
 where
@@ -97,101 +126,156 @@ where
     /// Adds the radiance of every pixel to `image`.
     pub fn run(&self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) {
         let settings = self.world.scene().settings();
-        let max_length = settings.max_depth.unwrap_or(u32::MAX);
         let ends = if self.borrowed > 0 {
             Some(Ends::new(self.supports))
         } else {
             None
         };
-        let camera = Arc::new(view.camera.clone());
         let numbers = view.numbers.pass(Pass::Gather);
-        let in_batch = (BATCH / self.gather.prefixes() as usize).max(1);
+        let in_batch = (PREFIXES / self.gather.prefixes() as usize).max(1);
         parallel::for_each(image.chunks_mut(GROUP), |group, image| {
             let mut scratch = Scratch {
-                prefixes: PrefixTracer::new(settings.roulette_depth),
+                prefixes: PrefixTracer::new(settings.roulette_depth).with_least_length(self.least_length),
                 trees: TreeTracer::new(settings.roulette_depth.saturating_sub(1).max(1)),
                 nearest: Nearest::new(self.borrowed, self.within),
+                rays: Vec::new(),
+                vertices: Vec::new(),
             };
             for (batch, image) in image.chunks_mut(in_batch).enumerate() {
                 if cancel.load(Ordering::Relaxed) {
                     return;
                 }
                 let first = group * GROUP + batch * in_batch;
-                let pixels: Vec<(Prefixes<'a, E>, CounterRng)> = (first..first + image.len())
-                    .map(|index| (self.prefixes_of(&camera, index, max_length), numbers.pixel(index)))
-                    .collect();
-                self.batch(pixels, ends.as_ref(), &mut scratch, image);
+                let batch = Batch {
+                    view,
+                    first,
+                    numbers: (first..first + image.len())
+                        .map(|index| numbers.pixel(index))
+                        .collect(),
+                    image,
+                };
+                self.batch(batch, ends.as_ref(), &mut scratch);
             }
         });
     }
 
-    fn prefixes_of(&self, camera: &Arc<Camera>, index: usize, max_length: u32) -> Prefixes<'a, E> {
-        let width = self.size[0] as usize;
-        let sensor = PixelSensor {
-            camera: Arc::clone(camera),
-            pixel: [(index % width) as u32, (index / width) as u32],
-        };
-        PrefixDomain::of_sensor(self.world, sensor, self.ends, max_length)
+    /// What the pixels of a batch see along their further camera rays. A pixel's rays are those of
+    /// its supporting prefix, moved by equal steps on the torus of its film and lens: each of them
+    /// is uniform, and together they are stratified.
+    fn see(&self, batch: &mut Batch<'_, '_>, scratch: &mut Scratch<'a, E>) -> Vec<Option<Prefixes<'a, E>>> {
+        let Scratch { rays, vertices, .. } = scratch;
+        let max_length = self.world.scene().settings().max_depth.unwrap_or(u32::MAX);
+        let numbers = batch.view.numbers.pass(Pass::Camera);
+        rays.clear();
+        for index in (batch.first..).take(batch.image.len()) {
+            let own = numbers.block(index).map(f32_from_u32);
+            for step in 1..self.camera_rays {
+                let place = std::array::from_fn(|axis| (own[axis] + step as f32 * STEPS[axis]).fract());
+                let corner = corner_of(self.extent, index);
+                rays.push(PixelRay::through(batch.view.camera, corner, place).ray);
+            }
+        }
+        vertices.clear();
+        vertices.resize(rays.len(), None);
+        self.world.trace_many(rays, RayKind::Sensor, vertices);
+        let further = (self.camera_rays - 1) as usize;
+        let seen = rays.iter().zip(vertices.drain(..)).enumerate();
+        seen.map(|(number, (ray, vertex))| {
+            let place = number / further;
+            batch.image[place] += self
+                .emission
+                .seen(batch.first + place, vertex.as_ref(), ray.direction);
+            Some(PrefixDomain::behind(
+                self.world,
+                vertex?,
+                -ray.direction,
+                self.ends,
+                max_length,
+            ))
+        })
+        .collect()
     }
 
     /// The prefixes of some pixels, all of them together.
-    fn batch(
-        &self,
-        mut pixels: Vec<(Prefixes<'a, E>, CounterRng)>,
-        ends: Option<&Ends>,
-        scratch: &mut Scratch<'a, E>,
-        image: &mut [Rgb],
-    ) {
+    fn batch(&self, mut batch: Batch<'_, '_>, ends: Option<&Ends>, scratch: &mut Scratch<'a, E>) {
+        let further = self.see(&mut batch, scratch);
         let count = self.gather.prefixes();
         let share = 1.0 / count as f32;
-        let mut seeds = Vec::with_capacity(pixels.len() * count as usize);
-        for (_, rng) in pixels.iter_mut() {
-            seeds.extend((0..count).map(|_| PathSeed::draw(rng)));
+        // Of each start, the pixel's place in the batch and the prefix's number.
+        let (mut owners, mut starts) = (Vec::new(), Vec::new());
+        for place in 0..batch.image.len() {
+            for number in 0..count {
+                let seed = PathSeed::draw(&mut batch.numbers[place]);
+                let domain = match number % self.camera_rays {
+                    0 => self.supports.prefixes[batch.first + place].as_ref(),
+                    ray => further[place * (self.camera_rays - 1) as usize + ray as usize - 1].as_ref(),
+                };
+                if let Some(domain) = domain {
+                    owners.push((place, number));
+                    starts.push(PrefixStart {
+                        domain,
+                        seed,
+                        first: Some(self.first_numbers(batch.view, batch.first + place, number)),
+                    });
+                }
+            }
         }
-        let count = count as usize;
-        let starts: Vec<_> = seeds
-            .iter()
-            .enumerate()
-            .map(|(number, &seed)| (&pixels[number / count].0, seed))
-            .collect();
-        let mut found: Vec<Option<Integration<'a, E>>> = (0..starts.len()).map(|_| None).collect();
+        let mut found: Vec<Integration<'a, E>> = Vec::with_capacity(starts.len());
+        let image = &mut *batch.image;
         scratch
             .prefixes
-            .trace(&starts, true, |number, finding| match finding {
-                PrefixFinding::Light(light) => image[number / count] += light * share,
+            .trace(&starts, true, |start, finding| match finding {
+                PrefixFinding::Light(light) => image[owners[start].0] += light * share,
                 PrefixFinding::Prefix(prefix, last, weight) => {
-                    let domain = starts[number].0;
-                    let suffixes = domain.suffixes_from(last.clone(), prefix, self.connectability);
-                    found[number] = Some(Integration {
-                        place: number / count,
+                    let suffixes =
+                        starts[start]
+                            .domain
+                            .suffixes_from(last.clone(), prefix, self.connectability);
+                    let (place, number) = owners[start];
+                    found.push(Integration {
+                        place,
                         prefix: *prefix,
                         weight,
                         suffixes: Conditional::new(suffixes),
                         own: Reservoir::empty(CANONICAL_CONFIDENCE),
-                        is_canonical: number % count < self.gather.canonical() as usize,
+                        is_canonical: number < self.gather.canonical(),
                     });
                 }
             });
-        drop(starts);
-        let mut found: Vec<Integration<'a, E>> = found.into_iter().flatten().collect();
-        self.canonical(&mut found, &mut pixels, scratch, image);
+        self.canonical(&mut found, &mut batch, scratch);
+        let mut inputs = Vec::with_capacity(self.borrowed + 1);
         for integration in &found {
             self.borrow(
                 integration,
                 ends,
-                &mut scratch.nearest,
-                &mut image[integration.place],
+                (&mut scratch.nearest, &mut inputs),
+                &mut batch.image[integration.place],
             );
         }
+    }
+
+    /// Numbers of the lobe and the direction at a prefix's first vertex, stratified over the
+    /// prefixes of a pixel, and over its frames, if the frame's points are.
+    fn first_numbers(&self, view: FrameView<'_>, index: usize, number: u32) -> [f32; 3] {
+        let width = self.extent.width as usize;
+        let name = ((index / width) as u32) << 16 | (index % width) as u32;
+        let sample = view
+            .number
+            .wrapping_mul(self.gather.prefixes())
+            .wrapping_add(number);
+        let numbers = view.numbers;
+        let words = numbers
+            .points()
+            .block(numbers.seed() ^ OTHER_SEED, name, sample, 0);
+        [words[2], words[0], words[1]].map(f32_from_u32)
     }
 
     /// The canonical suffixes, of those prefixes that roulette leaves one.
     fn canonical(
         &self,
         found: &mut [Integration<'a, E>],
-        pixels: &mut [(Prefixes<'a, E>, CounterRng)],
+        batch: &mut Batch<'_, '_>,
         scratch: &mut Scratch<'a, E>,
-        image: &mut [Rgb],
     ) {
         let share = 1.0 / self.gather.canonical() as f32;
         let owners: Vec<usize> = (0..found.len())
@@ -202,7 +286,7 @@ where
         let trees: Vec<_> = owners
             .iter()
             .map(|&owner| {
-                let seed = PathSeed::draw(&mut pixels[found[owner].place].1);
+                let seed = PathSeed::draw(&mut batch.numbers[found[owner].place]);
                 (found[owner].suffixes.domain(), seed)
             })
             .collect();
@@ -213,12 +297,13 @@ where
             };
             let integration = &found[owners[tree]];
             if trees[tree].0.can_leave(sample) {
-                let rng = &mut pixels[integration.place].1;
+                let rng = &mut batch.numbers[integration.place];
                 mixtures[tree].candidate(*sample, sample.target(), 1.0, weight, rng);
             } else {
                 // No supporting prefix can have it: the canonical technique alone.
                 let weight = (weight.value() * integration.weight.value()) as f32 * share;
-                image[integration.place] += integration.prefix.throughput() * sample.contribution() * weight;
+                batch.image[integration.place] +=
+                    integration.prefix.throughput() * sample.contribution() * weight;
             }
         });
         drop(trees);
@@ -228,14 +313,14 @@ where
     }
 
     /// What a prefix contributes: by its own suffix, if it has one, and by those that it borrows.
-    fn borrow(
-        &self,
-        integration: &Integration<'a, E>,
+    fn borrow<'s>(
+        &'s self,
+        integration: &'s Integration<'a, E>,
         ends: Option<&Ends>,
-        nearest: &mut Nearest,
+        (nearest, inputs): (&mut Nearest, &mut Vec<Input<'s, Suffixes<'a, E>>>),
         value: &mut Rgb,
     ) {
-        let mut inputs = Vec::with_capacity(self.borrowed + 1);
+        inputs.clear();
         inputs.push(Input::canonical(&integration.suffixes, &integration.own));
         if let (Some(ends), Some((last, _))) = (ends, integration.suffixes.domain().first()) {
             ends.tree.nearest(&site(last), self.metric, nearest);
@@ -255,7 +340,7 @@ where
             prefix,
             &integration.suffixes,
             &shift,
-            &inputs,
+            inputs,
             Mis::Balance,
             |part| {
                 let weight = part.weight.value() as f32 * self.share(part.is_canonical);

@@ -1,6 +1,7 @@
 //! Suffix reuse (Kettunen 2023 §§6–7): the parts of paths behind short prefixes are resampled,
 //! and a final gather integrates over the prefixes.
 
+mod emission;
 mod gather;
 mod options;
 mod supports;
@@ -10,12 +11,16 @@ mod tests;
 pub use options::{MAX_BORROWED, MAX_PREFIXES, RestirSuffixError, RestirSuffixOptions};
 
 use super::frames::{FrameView, extent_of, trace_camera_rays};
+use super::pt::{DIRECT_EDGES, add_direct};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
+use crate::path::FrameOfPaths;
 use crate::restir::pt::MAX_ROUNDS;
+use crate::visible_emission::{VisibleEmission, VisibleFrames};
 use crate::{CameraMotion, SceneWorld};
+use emission::Emission;
 use gather::Gather;
-use lightshed_film::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, RayCounts, RayTally};
 use lightshed_resampling::{
     Conditional, ConditionalShift, ContributionWeight, DomainReservoir, Extent, FinalGather, MergeRule, Mis,
     MixtureRis, Pattern, Reservoir, Reuse, ReuseError, ShiftMapping, Topology,
@@ -24,9 +29,10 @@ use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, PrefixDomain, PrefixFinding, PrefixShift,
-    PrefixTracer, TreeTracer,
+    PrefixStart, PrefixTracer, TreeTracer,
 };
 use lightshed_spatial::SiteMetric;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports};
 
@@ -60,6 +66,8 @@ pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShi
     motion: CameraMotion,
     extent: Extent,
     history: History<'a, E>,
+    visible: VisibleFrames,
+    tally: Arc<RayTally>,
     #[cfg(test)]
     fault: Option<tests::Fault>,
 }
@@ -94,6 +102,8 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             motion,
             extent: extent_of(scene),
             history: History::default(),
+            visible: VisibleFrames::default(),
+            tally: Arc::default(),
             #[cfg(test)]
             fault: None,
         })
@@ -113,6 +123,8 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             motion: self.motion,
             extent: self.extent,
             history: self.history,
+            visible: self.visible,
+            tally: self.tally,
             #[cfg(test)]
             fault: self.fault,
         }
@@ -132,7 +144,71 @@ where
         }
     }
 
-    /// The prefixes that every pixel may have. False if cancelled.
+    /// What separate rays see of emission, if direct light has none.
+    fn visible(&self) -> Option<&VisibleEmission> {
+        self.visible
+            .get()
+            .filter(|_| self.options.suffixes.direct_samples == 0)
+    }
+
+    /// Light that is no part of prefixes and suffixes: direct light, or emission that separate rays
+    /// see. Returns the number of rays.
+    fn add_direct(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> u64 {
+        let (scene, options) = (self.world.scene(), &self.options.suffixes);
+        let edges = scene.settings().max_depth.unwrap_or(u32::MAX);
+        let wanted = options.visible_emission && edges > 0;
+        self.visible
+            .prepare(wanted, scene, view.camera, self.motion.is_still(), edges);
+        if options.direct_samples > 0 {
+            let frame = FrameOfPaths {
+                camera: view.camera.clone(),
+                visible: self.visible.shared(),
+                tally: Arc::clone(&self.tally),
+            };
+            add_direct(self.world, view, (options.direct_samples, frame), image, cancel);
+            return 0;
+        }
+        let names = (view.numbers.points(), view.numbers.seed());
+        self.visible().map_or(0, |visible| {
+            visible.add_frame((scene, view.camera), names, view.numbers.frame(), image)
+        })
+    }
+
+    fn visible_to_camera_rays(&self) -> Option<&VisibleEmission> {
+        #[cfg(test)]
+        if self.fault == Some(tests::Fault::EmissionTwice) {
+            return None;
+        }
+        self.visible()
+    }
+
+    /// What camera rays add of emission.
+    fn emission(&self) -> Emission<'_, 'a, E> {
+        let edges = self.world.scene().settings().max_depth.unwrap_or(u32::MAX);
+        Emission {
+            world: self.world,
+            visible: self.visible_to_camera_rays(),
+            share: match self.least_length() <= 1 && edges >= 1 {
+                true => 1.0 / self.options.camera_rays as f32,
+                false => 0.0,
+            },
+        }
+    }
+
+    /// Least edges of the paths that prefixes and suffixes estimate.
+    fn least_length(&self) -> u32 {
+        #[cfg(test)]
+        if self.fault == Some(tests::Fault::DirectTwice) {
+            return 0;
+        }
+        match self.options.suffixes.direct_samples {
+            0 => 0,
+            _ => DIRECT_EDGES + 1,
+        }
+    }
+
+    /// The prefixes that every pixel may have; adds the emission that their camera rays meet to
+    /// `image`. False if cancelled.
     fn see(
         &self,
         view: FrameView<'_>,
@@ -144,13 +220,14 @@ where
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
         let mut seen = Vec::new();
         seen.resize_with(self.extent.len(), || (None, None));
-        let see = |_: usize,
+        let emission = self.emission();
+        let see = |index: usize,
                    ray: &Ray,
                    hit: Option<&Hit>,
                    seen: &mut (Option<Prefixes<'a, E>>, _),
                    value: &mut Rgb| {
-            *value = Rgb::ZERO;
             let vertex = hit.map(|hit| world.arrive(ray, hit));
+            *value += emission.seen(index, vertex.as_ref(), ray.direction);
             seen.1 = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
             seen.0 = vertex
                 .map(|vertex| PrefixDomain::behind(world, vertex, -ray.direction, self.ends, max_length));
@@ -185,7 +262,7 @@ where
                 let (places, starts): (Vec<usize>, Vec<_>) = domains
                     .filter_map(|(place, domain)| {
                         let seed = PathSeed::draw(&mut numbers.pixel(first + place));
-                        Some((place, (domain.as_ref()?, seed)))
+                        Some((place, PrefixStart::new(domain.as_ref()?, seed)))
                     })
                     .unzip();
                 tracer.trace(&starts, false, |number, finding| {
@@ -381,14 +458,26 @@ where
                 .frame(seed, frame, self.extent.width)
                 .with_points(self.options.suffixes.points),
         };
+        image.fill(Rgb::ZERO);
+        let mut camera_rays = self.add_direct(view, image, cancel);
         let mut history = std::mem::take(&mut self.history);
-        // Fails for slices of other lengths only.
-        let done = self.reuse(view, &mut history, image, cancel).unwrap_or(false);
-        if done {
+        let lengths = self.world.scene().settings().max_depth.unwrap_or(u32::MAX);
+        let done = match lengths < self.least_length() {
+            true => !cancel.load(Ordering::Relaxed),
+            // Fails for slices of other lengths only.
+            false => {
+                camera_rays += image.len() as u64;
+                self.reuse(view, &mut history, image, cancel).unwrap_or(false)
+            }
+        };
+        if done && lengths >= self.least_length() {
             let gather = Gather {
                 world: self.world,
                 shift: &self.shift,
                 gather: self.gather,
+                camera_rays: self.options.camera_rays,
+                least_length: self.least_length(),
+                emission: self.emission(),
                 borrowed: self.options.borrowed as usize,
                 within: self.options.search_radius * self.world.scene().extent(),
                 metric: self.metric,
@@ -396,7 +485,7 @@ where
                 connectability: self.connectability,
                 supports: history.supports.of(self.kept(frame)),
                 reservoirs: &history.suffixes.now,
-                size: self.size(),
+                extent: self.extent,
                 #[cfg(test)]
                 fault: self.fault,
             };
@@ -409,7 +498,11 @@ where
             return None;
         }
         let mut counts = self.world.take_counts();
-        counts.camera += image.len() as u64;
+        counts.camera += camera_rays;
+        // Nothing else holds the tally between frames.
+        counts += Arc::get_mut(&mut self.tally)
+            .map(RayTally::take)
+            .unwrap_or_default();
         Some(counts)
     }
 

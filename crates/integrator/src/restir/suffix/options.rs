@@ -9,14 +9,16 @@ use std::fmt;
 /// Parameters of [`RestirSuffix`](crate::RestirSuffix).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestirSuffixOptions {
-    /// How suffixes are found and reused behind supporting prefixes. `path_starts_at_sensor` and
-    /// `visible_emission` have no effect here.
+    /// How suffixes are found and reused behind supporting prefixes. `path_starts_at_sensor` has no
+    /// effect here. With `direct_samples`, prefixes find no light of paths of up to two edges.
     pub suffixes: RestirPtOptions,
     /// Confidence cap of the supporting prefixes' own temporal reuse, at least 1: approximately the
     /// number of frames that a supporting prefix stays. No effect without temporal reuse.
     pub prefix_cap: f32,
     /// Integration prefixes `N` of each pixel and frame.
     pub prefixes: u32,
+    /// Camera rays that they start from, from 1 to `N`; the first is that of the supporting prefix.
+    pub camera_rays: u32,
     /// How many of them trace a suffix of their own, from 1 to `N`; 1 is roulette (Kettunen 2023
     /// §7).
     pub canonical: u32,
@@ -38,6 +40,8 @@ pub enum RestirSuffixError {
     /// No prefixes, or more than [`MAX_PREFIXES`], or a number of canonical suffixes that is not
     /// from 1 to that of prefixes.
     Prefixes(u32, u32),
+    /// A number of camera rays that is not from 1 to that of prefixes.
+    CameraRays(u32),
     /// A cap of prefixes below 1, or NaN.
     PrefixCap(f32),
     /// More borrowed suffixes than [`MAX_BORROWED`].
@@ -61,6 +65,12 @@ impl fmt::Display for RestirSuffixError {
                 "{canonical} canonical suffixes of {prefixes} prefixes: it takes 1 to {MAX_PREFIXES} prefixes, and one \
                  suffix at least, one for each at most"
             ),
+            Self::CameraRays(count) => {
+                write!(
+                    f,
+                    "{count} camera rays are not between 1 and the number of prefixes"
+                )
+            }
             Self::PrefixCap(cap) => write!(f, "a confidence cap of {cap} for prefixes is not at least 1"),
             Self::Borrowed(count) => write!(f, "{count} borrowed suffixes are more than {MAX_BORROWED}"),
             Self::Search(share) => write!(
@@ -84,9 +94,13 @@ impl RestirSuffixOptions {
     /// prefixes with one suffix of their own and one borrowed for each.
     pub fn real_time(mapping: PathMapping) -> Self {
         Self {
-            suffixes: RestirPtOptions::real_time(mapping),
+            suffixes: RestirPtOptions {
+                direct_samples: 8,
+                ..RestirPtOptions::real_time(mapping)
+            },
             prefix_cap: 8.0,
             prefixes: 8,
+            camera_rays: 2,
             canonical: 1,
             borrowed: 1,
             search_radius: 0.2,
@@ -101,11 +115,13 @@ impl RestirSuffixOptions {
             candidates: 8,
             rounds: 2,
             path_starts_at_sensor: false,
+            direct_samples: 32,
             ..RestirPtOptions::offline_published(mapping)
         };
         Self {
             suffixes,
             prefixes: 32,
+            camera_rays: 8,
             canonical: 4,
             borrowed: 3,
             ..Self::real_time(mapping)
@@ -132,6 +148,9 @@ impl RestirSuffixOptions {
         let gather =
             FinalGather::new(self.prefixes, self.canonical).filter(|_| self.prefixes <= MAX_PREFIXES);
         let gather = gather.ok_or(RestirSuffixError::Prefixes(self.prefixes, self.canonical))?;
+        if !(1..=self.prefixes).contains(&self.camera_rays) {
+            return Err(RestirSuffixError::CameraRays(self.camera_rays));
+        }
         // Unlike paths, prefixes that could not be reconnected at the second vertex continue to a
         // vertex where they can.
         let ends = Connectability::hybrid(self.suffixes.min_roughness, connectability.min_distance())

@@ -24,6 +24,10 @@ pub(super) enum Fault {
     CanonicalDivided,
     /// `1/J` for the Jacobian of suffixes.
     InverseJacobian,
+    /// Prefixes find direct light, which has samples of its own.
+    DirectTwice,
+    /// Camera rays add emission that separate rays see.
+    EmissionTwice,
 }
 
 /// The shift of suffixes, with or without a fault.
@@ -224,6 +228,34 @@ fn a_still_frame_after_motion_agrees() {
     agree(&chains(&scene, real_time(), [60, 3], motion, None), &truth).unwrap();
 }
 
+/// A lamp in view, of which separate rays see the edges, without samples of direct light: what
+/// prefixes find on their way and what camera rays meet.
+fn lamp_in_view() -> (Scene, RestirSuffixOptions) {
+    let mut description = builtin::cornell();
+    (description.settings.width, description.settings.height) = (12, 12);
+    description.settings.max_depth = Some(4);
+    let mut options = real_time();
+    options.camera_rays = 3;
+    options.suffixes.direct_samples = 0;
+    options.suffixes.visible_emission = true;
+    (Scene::new(&description).unwrap(), options)
+}
+
+#[test]
+fn emission_in_view_counts_once() {
+    let (scene, options) = lamp_in_view();
+    let truth = truth(&scene, 60, 64);
+    check_faults(&[Fault::EmissionTwice], |fault| {
+        let found = chains(&scene, options, [80, 2], CameraMotion::STILL, fault);
+        agree(&found, &truth)
+    })
+    .unwrap();
+    // And beside samples of direct light.
+    let mut apart = options;
+    apart.suffixes.direct_samples = 2;
+    agree(&chains(&scene, apart, [80, 2], CameraMotion::STILL, None), &truth).unwrap();
+}
+
 /// Suffixes from far away, where Jacobians differ from 1.
 fn from_afar() -> RestirSuffixOptions {
     let mut options = real_time();
@@ -248,6 +280,7 @@ fn faults_are_found() {
         Fault::ThroughputTwice,
         Fault::CanonicalDivided,
         Fault::InverseJacobian,
+        Fault::DirectTwice,
     ];
     check_faults(&faults, |fault| {
         let found = chains(&scene, from_afar(), [80, 2], CameraMotion::STILL, fault);
@@ -264,6 +297,10 @@ fn roulette_saves_rays() {
         let options = RestirSuffixOptions {
             prefixes: 8,
             canonical,
+            suffixes: RestirPtOptions {
+                direct_samples: 0,
+                ..real_time().suffixes
+            },
             ..real_time()
         };
         let mut method = RestirSuffix::new(&world, options, CameraMotion::STILL).unwrap();
@@ -277,7 +314,7 @@ fn roulette_saves_rays() {
         one.path < all.path && one.emitter < all.emitter,
         "{one:?}, {all:?}"
     );
-    assert_eq!(one.camera, 9 * 144, "a support and eight prefixes");
+    assert_eq!(one.camera, 2 * 144, "that of the support, and a further one");
 }
 
 #[test]
@@ -293,6 +330,7 @@ fn options_out_of_range_are_refused() {
     };
     assert_eq!(refused(&|o| o.prefixes = 0), RestirSuffixError::Prefixes(0, 1));
     assert_eq!(refused(&|o| o.canonical = 9), RestirSuffixError::Prefixes(8, 9));
+    assert_eq!(refused(&|o| o.camera_rays = 9), RestirSuffixError::CameraRays(9));
     assert_eq!(
         refused(&|o| o.prefix_cap = 0.5),
         RestirSuffixError::PrefixCap(0.5)
