@@ -20,7 +20,7 @@ use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
 use lightshed::scene::glam::{Vec3, Vec3A};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
 use lightshed_evaluate::{PixelGuide, Reference, Svgf, SvgfOptions, TemporalStudy};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::error::Error;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -57,6 +57,10 @@ struct Arguments {
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
+    /// Prints a table of relative squared errors instead, of a still camera and, with `--move`, of a
+    /// moving one; the least error of a row is bold.
+    #[arg(long)]
+    table: bool,
     /// One chain of each method, though it is cheaper than a frame of the last one.
     #[arg(long)]
     once: bool,
@@ -100,7 +104,6 @@ fn image(size: &[u32], frame: &[Rgb]) -> Result<RgbImage, Failure> {
 
 struct Study<'a> {
     arguments: &'a Arguments,
-    scene: &'a Scene,
     motion: CameraMotion,
     reference: &'a Reference,
     /// What the filter is told of each frame, and the emission in it; of one frame if the camera is
@@ -223,10 +226,12 @@ impl Study<'_> {
     }
 }
 
-fn run(arguments: &Arguments, name: &str) -> Result<(), Failure> {
+/// A row for each method, with a camera that moves by this share of the scene's size.
+fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Value>, Failure> {
+    let mut rows = Vec::new();
     let mut description = description(arguments, name)?;
     let scene = Scene::new(&description)?;
-    let per_frame = arguments.moves.map(|share| {
+    let per_frame = moves.map(|share| {
         let right = -description.camera.to_world.matrix3.x_axis.normalize();
         Vec3::from(right) * share * scene.extent()
     });
@@ -244,7 +249,6 @@ fn run(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     let mean = reference.image().mean().iter().sum::<f64>() / 3.0;
     let study = Study {
         arguments,
-        scene: &scene,
         motion,
         reference: &reference,
         views: (0..if motion.is_still() { 1 } else { arguments.frames })
@@ -330,14 +334,66 @@ fn run(arguments: &Arguments, name: &str) -> Result<(), Failure> {
             let file = File::create(folder.join(format!("{name}-filtered.png")))?;
             write_png(&image(&arguments.size, &filtered)?, 0.0, file)?;
         }
-        println!("{row}");
+        if !arguments.table {
+            println!("{row}");
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// The table of a scene: raw and filtered errors, and those of pixels that have just come into
+/// view.
+fn table(arguments: &Arguments, name: &str) -> Result<(), Failure> {
+    // A file is called as its folder.
+    let path = Path::new(name);
+    let folder = path.parent().and_then(Path::file_name);
+    let title = folder.map_or(name.into(), |folder| folder.to_string_lossy());
+    let cameras = [("still", None), ("moving", arguments.moves)];
+    for (camera, moves) in cameras
+        .into_iter()
+        .filter(|(camera, moves)| *camera == "still" || moves.is_some())
+    {
+        let rows = run(arguments, name, moves)?;
+        let errors = [
+            ("raw", "rel_mse"),
+            ("filtered", "filtered_rel_mse"),
+            ("raw, just in view", "young_rel_mse"),
+        ];
+        for (what, key) in errors {
+            let values: Vec<f64> = rows.iter().filter_map(|row| row[key].as_f64()).collect();
+            if values.len() < rows.len() {
+                continue;
+            }
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let cells = values.iter().zip(&rows).map(|(&value, row)| {
+                let bold = if value == least { "**" } else { "" };
+                let digits = (2 - value.log10().floor().clamp(-9.0, 2.0) as i32) as usize;
+                format!(" {bold}{value:.digits$}{bold} ({}) |", row["samples"])
+            });
+            println!("| `{title}` | {camera} | {what} |{}", cells.collect::<String>());
+        }
+    }
+    Ok(())
+}
+
+fn study(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.table {
+        let names = arguments.methods.iter().map(|method| format!(" `{method}` |"));
+        println!("| scene | camera | error |{}", names.collect::<String>());
+        println!("|---|---|---|{}", "---|".repeat(arguments.methods.len()));
+    }
+    for name in &arguments.scenes {
+        match arguments.table {
+            true => table(arguments, name)?,
+            false => drop(run(arguments, name, arguments.moves)?),
+        }
     }
     Ok(())
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match arguments.scenes.iter().try_for_each(|name| run(&arguments, name)) {
+    match study(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("frame_study: {error}");

@@ -273,7 +273,7 @@ pub const CAMERA_RAYS: MethodOption = MethodOption::new(
     "N",
     "",
     |text| within(text, 1..=crate::MAX_PREFIXES),
-    "Camera rays of a pixel and frame that integration prefixes start from: 2, or 8 offline, if not given",
+    "Camera rays of a pixel and frame that integration prefixes start from: 4, or 8 offline, if not given",
 );
 
 /// Canonical suffixes.
@@ -282,7 +282,7 @@ pub const CANONICAL: MethodOption = MethodOption::new(
     "K",
     "",
     |text| within(text, 1..=crate::MAX_PREFIXES),
-    "Integration prefixes that trace a suffix of their own: 1, or 4 offline, if not given; roulette leaves the others none",
+    "Integration prefixes that trace a suffix of their own: 4 if not given; roulette leaves the others none",
 );
 
 /// Borrowed suffixes.

@@ -91,7 +91,8 @@ impl From<RestirPtError> for RestirSuffixError {
 
 impl RestirSuffixOptions {
     /// A frame at a time, with reuse from the frame before (Kettunen 2023 §8): eight integration
-    /// prefixes with one suffix of their own and one borrowed for each.
+    /// prefixes behind four camera rays, each with one borrowed suffix and every other one with a
+    /// suffix of its own.
     pub fn real_time(mapping: PathMapping) -> Self {
         Self {
             suffixes: RestirPtOptions {
@@ -100,8 +101,8 @@ impl RestirSuffixOptions {
             },
             prefix_cap: 8.0,
             prefixes: 8,
-            camera_rays: 2,
-            canonical: 1,
+            camera_rays: 4,
+            canonical: 4,
             borrowed: 1,
             search_radius: 0.2,
             normal_scale: 0.1,

@@ -88,6 +88,8 @@ fn real_time() -> RestirSuffixOptions {
     };
     RestirSuffixOptions {
         prefixes: 3,
+        camera_rays: 2,
+        canonical: 1,
         borrowed: 2,
         ..options
     }
@@ -196,6 +198,7 @@ fn independent_frames_and_all_canonical_suffixes_agree_too() {
             ..RestirSuffixOptions::offline(PathMapping::Reconnection).suffixes
         },
         prefixes: 4,
+        camera_rays: 4,
         canonical: 4,
         ..RestirSuffixOptions::offline(PathMapping::Reconnection)
     };
@@ -328,7 +331,7 @@ fn options_out_of_range_are_refused() {
             .err()
             .unwrap()
     };
-    assert_eq!(refused(&|o| o.prefixes = 0), RestirSuffixError::Prefixes(0, 1));
+    assert_eq!(refused(&|o| o.prefixes = 0), RestirSuffixError::Prefixes(0, 4));
     assert_eq!(refused(&|o| o.canonical = 9), RestirSuffixError::Prefixes(8, 9));
     assert_eq!(refused(&|o| o.camera_rays = 9), RestirSuffixError::CameraRays(9));
     assert_eq!(
