@@ -95,6 +95,7 @@ struct Errors {
     /// Relative squared error of young pixels, and their number.
     young: [f64; 2],
     seconds: f64,
+    rays: f64,
 }
 
 fn image(size: &[u32], frame: &[Rgb]) -> Result<RgbImage, Failure> {
@@ -143,6 +144,43 @@ impl FrameMethod for Mean<'_> {
     }
 }
 
+/// Frames of a method that knows no motion: each of a scene of its own, whose camera has moved.
+struct Moving<'a> {
+    method: &'a Method,
+    samples: u32,
+    /// As the last frame sees it.
+    description: &'a SceneDescription,
+    per_frame: Vec3,
+    last: u32,
+}
+
+impl FrameMethod for Moving<'_> {
+    fn size(&self) -> [u32; 2] {
+        [self.description.settings.width, self.description.settings.height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let mut description = self.description.clone();
+        let ahead = self.per_frame * (self.last as f32 - frame as f32);
+        description.camera.to_world.translation -= Vec3A::from(ahead);
+        let scene = Scene::new(&description).ok()?;
+        let stage = Stage::new(&scene);
+        let started = self.method.start(&stage, Motion::STILL).ok()?;
+        let mut frames = started.into_frames(self.size(), self.samples);
+        frames.render_frame(frame, seed, image, cancel)
+    }
+
+    fn is_still(&self) -> bool {
+        false
+    }
+}
+
 impl Study<'_> {
     fn started<'b>(
         &self,
@@ -168,7 +206,7 @@ impl Study<'_> {
             media: None,
         };
         let size = [self.arguments.size[0], self.arguments.size[1]];
-        // A still picture of the last frame stands for methods that know no motion.
+        // `Moving` moves what knows no motion.
         let motion = if method.capabilities().frames {
             motion
         } else {
@@ -192,7 +230,13 @@ impl Study<'_> {
         for number in 0..*frames {
             let start = cpu();
             let done = method.render_frame(number, seed, &mut frame, &AtomicBool::new(false));
-            done.ok_or("interrupted")?;
+            errors.rays += done
+                .ok_or("interrupted")?
+                .by_name()
+                .map(|(_, rays)| rays)
+                .iter()
+                .sum::<u64>() as f64
+                / f64::from(*frames);
             errors.seconds += (cpu() - start) / f64::from(*frames);
             let (guides, emission) = &self.views[(number as usize).min(self.views.len() - 1)];
             let reflected: Vec<Rgb> = frame.iter().zip(emission).map(|(all, own)| all - own).collect();
@@ -275,28 +319,39 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
         // A few first frames, and the ones that are timed.
         let tried = if is_plain { 8 } else { 1 };
         let mut trial = study.started(stage, method, tried)?;
-        let (mut start, frames) = (0.0, if is_plain { 2 } else { 4 });
+        let (mut cost, frames) = (0.0, if is_plain { 2 } else { 4 });
         for number in 0..frames {
-            start = cpu();
+            let start = cpu();
             trial
                 .render_frame(number, 1, &mut frame, &never)
                 .ok_or("interrupted")?;
+            cost = cpu() - start;
         }
         drop(trial);
-        let mut samples = ((f64::from(tried) * budget / (cpu() - start)).round() as u32).max(1);
+        let mut samples = ((f64::from(tried) * budget / cost).round() as u32).max(1);
         if !is_plain && (arguments.once || method.to_string() == yardstick.to_string()) {
             samples = 1;
         }
         let mut errors = Errors::default();
         let mut filtered = Vec::new();
         for repeat in 0..arguments.repeats {
-            let mut chain = study.started(stage, method, samples)?;
+            let mut chain: Box<dyn FrameMethod + '_> = match per_frame {
+                Some(per_frame) if is_plain => Box::new(Moving {
+                    method,
+                    samples,
+                    description: &description,
+                    per_frame,
+                    last,
+                }),
+                _ => study.started(stage, method, samples)?,
+            };
             filtered = study.chain(&mut *chain, u64::from(repeat) + 1, &mut errors)?;
         }
         let [mse, rel_mse, filtered_mse, filtered_rel_mse] = errors.sums.map(|sum| sum / errors.frames);
         let mut row = json!({
             "scene": name, "method": method.to_string(), "samples": samples,
             "cpu_seconds": errors.seconds / f64::from(arguments.repeats),
+            "rays_a_pixel": errors.rays / f64::from(arguments.repeats) / frame.len() as f64,
             "mse": mse, "rel_mse": rel_mse, "filtered_mse": filtered_mse, "filtered_rel_mse": filtered_rel_mse,
         });
         if errors.young[1] > 0.0 {
