@@ -8,8 +8,9 @@
 //! A frame of each method takes the processor time of a frame of the last one: methods of
 //! independent samples get as many as fit, and a chain of frames that is cheaper is the mean of as
 //! many independent chains (`--once` makes it one). The filter sees frames without the emission
-//! that is seen directly, which is known and is added afterwards, as renderers do. With `--move` the camera moves until the last frame, which alone is judged; the
-//! pixels whose surfaces came into view within the last five frames are judged for themselves, too.
+//! that is seen directly, which is known and is added afterwards, as renderers do. With `--move`
+//! the camera moves until the last frame, which alone is judged; the pixels whose surfaces came
+//! into view within the last five frames are judged for themselves, too.
 
 mod guides;
 
@@ -57,8 +58,8 @@ struct Arguments {
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
-    /// Prints a table of relative squared errors instead, of a still camera and, with `--move`, of a
-    /// moving one; the least error of a row is bold.
+    /// Prints a table of relative squared errors instead, of a still camera and, with `--move`, of
+    /// a moving one; the least error of a row is bold.
     #[arg(long)]
     table: bool,
     /// One chain of each method, though it is cheaper than a frame of the last one.

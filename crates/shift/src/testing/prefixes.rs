@@ -34,7 +34,7 @@ enum Lost {
     Throughput,
     /// Light by two edges counts twice: in the estimator that it is left to, and on the way.
     Twice,
-    /// The numbers of the first lobe and direction depend on each other.
+    /// The number of the first direction is not uniform.
     First,
 }
 
@@ -89,7 +89,7 @@ fn prefixes_and_suffixes_add_up_to_paths() {
             );
             let [u, v] = rng.next_2d();
             let first = match lost {
-                Some(Lost::First) => [0.5 * u, u, v],
+                Some(Lost::First) => [rng.next_f32(), 0.5 * u, v],
                 _ => [rng.next_f32(), u, v],
             };
             let start = PrefixStart {

@@ -174,7 +174,8 @@ fn agree(found: &[MeanTest; 4], truth: &[MeanTest; 4]) -> Result<(), String> {
 fn frames_agree_with_path_tracing() {
     for (name, side, count) in [
         ("cornell", 12, 50),
-        ("cornell-glossy", 12, 50),
+        // Rare paths by way of the boxes have much of the light: means of few chains are skewed.
+        ("cornell-glossy", 12, 400),
         ("doorway", 12, 40),
         ("many-lights", 10, 30),
         ("furnace", 8, 20),
