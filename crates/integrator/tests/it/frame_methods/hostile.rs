@@ -25,6 +25,8 @@ fn methods<'a>(
     };
     let suffixes = RestirSuffixOptions {
         prefixes: 3,
+        camera_rays: 2,
+        canonical: 2,
         borrowed: 2,
         ..RestirSuffixOptions::real_time(PathMapping::Hybrid)
     };
