@@ -1,86 +1,51 @@
 //! The progress bar, on a terminal only.
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lightshed::film::{Budget, Progress};
-use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::io::IsTerminal;
 
-/// Characters of the bar.
-const WIDTH: usize = 40;
-/// Least time between two drawings.
-const INTERVAL_MILLISECONDS: u64 = 100;
+/// Steps of the bar.
+const STEPS: u64 = 1000;
 
 /// Shows how far a rendering is, on the standard error stream if that is a terminal.
 pub struct Bar {
-    is_shown: bool,
+    bar: ProgressBar,
     seconds: Option<f64>,
-    /// When it is drawn next, in milliseconds of the rendering.
-    next: AtomicU64,
 }
 
 impl Bar {
     /// A bar for a rendering of this budget.
     pub fn new(budget: Budget) -> Self {
-        Self {
-            is_shown: std::io::stderr().is_terminal(),
-            seconds: match budget {
-                Budget::Samples(_) => None,
-                Budget::Seconds(seconds) => Some(seconds),
-            },
-            next: AtomicU64::new(0),
+        let bar = if std::io::stderr().is_terminal() {
+            ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr())
+        } else {
+            ProgressBar::hidden()
+        };
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} % {elapsed} (left: {eta})") {
+            bar.set_style(style);
         }
+        let seconds = match budget {
+            Budget::Samples(_) => None,
+            Budget::Seconds(seconds) => Some(seconds),
+        };
+        Self { bar, seconds }
     }
 
     /// Draws the state, if enough time has passed since it was drawn last.
     pub fn show(&self, progress: &Progress) {
-        let now = (progress.seconds * 1e3) as u64;
-        if !self.is_shown || now < self.next.load(Ordering::Relaxed) {
+        if self.bar.is_hidden() {
             return;
         }
-        self.next.store(now + INTERVAL_MILLISECONDS, Ordering::Relaxed);
         let share = match (self.seconds, progress.samples_total) {
             (Some(seconds), _) => progress.seconds / seconds,
             (None, Some(total)) => progress.samples_done as f64 / total as f64,
             (None, None) => 0.0,
         };
-        draw(&line(share.clamp(0.0, 1.0), progress.seconds));
+        self.bar.set_position((share.min(1.0) * STEPS as f64) as u64);
     }
 
     /// Takes the bar off the screen.
     pub fn finish(&self) {
-        if self.is_shown {
-            draw("");
-        }
+        self.bar.finish_and_clear();
     }
-}
-
-/// Replaces the current line of the terminal.
-fn draw(text: &str) {
-    // A terminal that is gone is no reason to stop.
-    let _ = write!(std::io::stderr(), "\r{text}\x1b[K");
-}
-
-fn line(share: f64, elapsed: f64) -> String {
-    let done = (share * WIDTH as f64) as usize;
-    let left = match share {
-        0.0 => "unknown".to_owned(),
-        _ => duration(elapsed * (1.0 - share) / share),
-    };
-    format!(
-        "{}{} {:3.0} % {} (left: {left})",
-        "█".repeat(done),
-        "░".repeat(WIDTH - done),
-        100.0 * share,
-        duration(elapsed),
-    )
-}
-
-/// Hours, minutes and seconds.
-fn duration(seconds: f64) -> String {
-    let seconds = seconds as u64;
-    format!(
-        "{:02}:{:02}:{:02}",
-        seconds / 3600,
-        seconds / 60 % 60,
-        seconds % 60
-    )
 }
