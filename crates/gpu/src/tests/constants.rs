@@ -38,7 +38,6 @@ const SAME: &[(&str, &str, &[&str])] = &[
             "MIN_RATIO_BETWEEN_BLOCKS",
             "MIN_SHARE",
             "MAX_INVERSE_SQRT_TIMES_ROOT",
-            "CENTER_STEPS",
         ],
     ),
     ("lighting_grid", "lights", &["REACH_FACTOR"]),
