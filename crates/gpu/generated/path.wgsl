@@ -143,19 +143,22 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     let words = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth);
     let more = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth + 1u);
     let wo = package_lightshed_frame__1to_local(point.shading, -path.ray.direction);
-    if (package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) && package_lightshed_bsdf__2has_non_delta(point.material) {
+    let has_width = package_lightshed_bsdf__2has_non_delta(point.material);
+    let guidance = package_guided__1guidance_of(point.position, has_width);
+    if (package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) && has_width {
         let light = package_lightshed_emitter__1sample_emitter(point.position, words.xy, package_lightshed_uniform__1unit_square(words.zw));
         if light.pdf > 0.0 {
             let scattered = package_lightshed_bsdf__1evaluate_bsdf(point.material, wo, package_lightshed_frame__1to_local(point.shading, light.direction));
             if !is_black(scattered.value) {
-                let weight = package_lightshed_measure__1power_heuristic(light.pdf, scattered.pdf);
+                let weight = package_lightshed_measure__1power_heuristic(light.pdf, package_guided__1mixed_pdf(guidance, light.direction, scattered.pdf));
                 let radiance = path.throughput * (scattered.value * light.weight * weight);
                 let slot = atomicAdd(&counts[2u * step.depth + 1u], 1u);
                 shadows[slot] = Shadow(package_lightshed_emitter__1shadow_ray(point, light), radiance, index);
             }
         }
     }
-    let scattered = package_lightshed_bsdf__1sample_bsdf(point.material, wo, package_lightshed_uniform__2f32_from_u32(more.x), package_lightshed_uniform__1unit_square(more.yz));
+    let scattering = package_guided__1scatter_guided(point, wo, guidance, package_lightshed_uniform__2f32_from_u32(more.x), package_lightshed_uniform__1unit_square(more.yz));
+    let scattered = scattering.sample;
     var goes_on = scattered.some;
     if goes_on {
         path.throughput *= scattered.weight;
@@ -171,7 +174,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         path.pdf = scattered.pdf;
         path.bounce = select(package_bounce__1BY_DENSITY, package_bounce__1BY_DELTA, scattered.is_delta);
         path.start = point.position;
-        path.ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, scattered.wi));
+        path.ray = package_lightshed_surface_spawn(point, scattering.direction);
         let slot = atomicAdd(&counts[2u * step.depth + 2u], 1u);
         queues[queue_start(step.depth + 1u) + slot] = index;
     }
@@ -217,6 +220,134 @@ const package_bounce__1BY_DELTA: u32 = 2u;
 const package_bounce__1BY_DENSITY: u32 = 1u;
 
 const package_bounce__1FROM_CAMERA: u32 = 0u;
+
+struct package_guided_Scattering {
+    sample: package_lightshed_bsdf_BsdfSample,
+    direction: vec3f
+}
+
+fn package_guided__1guidance_of(position: vec3f, has_width: bool) -> package_lightshed__1guiding_field_Guidance {
+    if package_memory_guide__1HAS_GUIDE && has_width {
+        return package_lightshed__1guiding_field__1guidance_at(position);
+    }
+    return package_lightshed__1guiding_field__1no_guidance();
+}
+
+fn package_guided__1mixed_pdf(guidance: package_lightshed__1guiding_field_Guidance, direction: vec3f, pdf: f32) -> f32 {
+    if package_memory_guide__1HAS_GUIDE && guidance.share > 0.0 {
+        return pdf * (1.0 - guidance.share) + package_lightshed__1guiding_field__1guidance_pdf(guidance, direction) * guidance.share;
+    }
+    return pdf;
+}
+
+fn package_guided__1scatter_guided(point: package_lightshed_surface_SurfacePoint, wo: vec3f, guidance: package_lightshed__1guiding_field_Guidance, u_lobe: f32, u: vec2f) -> package_guided_Scattering {
+    if !(package_memory_guide__1HAS_GUIDE && guidance.share > 0.0) {
+        let sample = package_lightshed_bsdf__1sample_bsdf(point.material, wo, u_lobe, u);
+        return package_guided_Scattering(sample, package_lightshed_frame__1to_world(point.shading, sample.wi));
+    }
+    let share = guidance.share;
+    let own = 1.0 - share;
+    if u_lobe < share {
+        let guided = package_lightshed__1guiding_field__1guidance_sample(guidance, u);
+        let wi = package_lightshed_frame__1to_local(point.shading, guided.direction);
+        let found = package_lightshed_bsdf__1evaluate_bsdf(point.material, wo, wi);
+        let pdf = found.pdf * own + guided.pdf * share;
+        let weight = found.value / pdf;
+        let some = guided.pdf > 0.0 && pdf > 0.0 && package_lightshed_vector__1is_finite(package_lightshed_vector__1max_element(weight));
+        return package_guided_Scattering(package_lightshed_bsdf_BsdfSample(wi, pdf, weight, false, some, 0u, 1.0), guided.direction);
+    }
+    var sample = package_lightshed_bsdf__1sample_bsdf(point.material, wo, min((u_lobe - share) / own, 1.0 - package_lightshed_warp__1F32_EPSILON), u);
+    let direction = package_lightshed_frame__1to_world(point.shading, sample.wi);
+    if sample.is_delta {
+        sample.weight = sample.weight / own;
+    }
+    else if sample.some {
+        let pdf = package_guided__1mixed_pdf(guidance, direction, sample.pdf);
+        sample.weight = sample.weight * (sample.pdf / pdf);
+        sample.pdf = pdf;
+    }
+    return package_guided_Scattering(sample, direction);
+}
+
+struct package_lightshed__1guiding_field_Guidance {
+    tree: package_lightshed_quadtree_Quadtree,
+    offset: vec3f,
+    share: f32
+}
+
+struct package_lightshed__1guiding_field_GuidingField {
+    octree: package_lightshed_octree_Octree,
+    tree_words: u32,
+    stride: u32,
+    jitter: u32,
+    padding: u32
+}
+
+fn package_lightshed__1guiding_field__1guidance_at(position: vec3f) -> package_lightshed__1guiding_field_Guidance {
+    let field = package_memory_guide__1guiding_field();
+    let slot = package_lightshed__1guiding_field__1guide_slot(field, position);
+    if slot == package_lightshed_ray_NOTHING {
+        return package_lightshed__1guiding_field__1no_guidance();
+    }
+    let share = bitcast<f32>(package_memory_guide__2load_guide_region(slot) & 2147483647u);
+    if !(share > 0.0) {
+        return package_lightshed__1guiding_field__1no_guidance();
+    }
+    let first = slot * field.stride;
+    var offset = vec3f(0.0);
+    if field.stride > field.tree_words {
+        let word = first + field.tree_words;
+        let pivot = vec3u(package_memory_guide__2load_quadtree_word(word), package_memory_guide__2load_quadtree_word(word + 1u), package_memory_guide__2load_quadtree_word(word + 2u));
+        offset = package_lightshed_parallax__1parallax_offset(bitcast<vec3f>(pivot), bitcast<f32>(package_memory_guide__2load_quadtree_word(word + 3u)), position);
+    }
+    return package_lightshed__1guiding_field_Guidance(package_lightshed_quadtree__1quadtree_at(first, field.tree_words), offset, share);
+}
+
+fn package_lightshed__1guiding_field__1guidance_pdf(guidance: package_lightshed__1guiding_field_Guidance, direction: vec3f) -> f32 {
+    if all(guidance.offset == vec3f(0.0)) {
+        return package_lightshed_quadtree__1quadtree_pdf(guidance.tree, direction);
+    }
+    let at_pivot = package_lightshed_parallax__2parallax_at_pivot(guidance.offset, direction);
+    return package_lightshed_quadtree__1quadtree_pdf(guidance.tree, at_pivot.direction) * at_pivot.factor;
+}
+
+fn package_lightshed__1guiding_field__1guidance_sample(guidance: package_lightshed__1guiding_field_Guidance, u: vec2f) -> package_lightshed_quadtree_QuadtreeSample {
+    let sample = package_lightshed_quadtree__1quadtree_sample(guidance.tree, u);
+    if all(guidance.offset == vec3f(0.0)) {
+        return sample;
+    }
+    let direction = package_lightshed_parallax__1parallax_seen(guidance.offset, sample.direction);
+    return package_lightshed_quadtree_QuadtreeSample(direction, package_lightshed__1guiding_field__1guidance_pdf(guidance, direction));
+}
+
+fn package_lightshed__1guiding_field__1guide_offset(position: vec3f) -> vec3f {
+    let bits = bitcast<vec3u>(position);
+    let first = package_lightshed__1guiding_field__1mixed_bits(bits.x ^ package_lightshed__1guiding_field__1mixed_bits(bits.y ^ package_lightshed__1guiding_field__1mixed_bits(bits.z)));
+    let second = package_lightshed__1guiding_field__1mixed_bits(first ^ 2654435769u);
+    let third = package_lightshed__1guiding_field__1mixed_bits(first ^ 1013904242u);
+    return vec3f(package_lightshed_uniform__2f32_from_u32(first) - 0.5, package_lightshed_uniform__2f32_from_u32(second) - 0.5, package_lightshed_uniform__2f32_from_u32(third) - 0.5);
+}
+
+fn package_lightshed__1guiding_field__1guide_slot(field: package_lightshed__1guiding_field_GuidingField, position: vec3f) -> u32 {
+    if field.jitter == 0u {
+        return package_lightshed_octree__1octree_slot(field.octree, position);
+    }
+    let pair = package_lightshed_octree__2octree_slot_moved(field.octree, position, package_lightshed__1guiding_field__1guide_offset(position));
+    if pair.second != package_lightshed_ray_NOTHING && (package_memory_guide__2load_guide_region(pair.second) >> 31u) != 0u {
+        return pair.second;
+    }
+    return pair.first;
+}
+
+fn package_lightshed__1guiding_field__1mixed_bits(x: u32) -> u32 {
+    var hash = (x ^ (x >> 16u)) * 2246822507u;
+    hash = (hash ^ (hash >> 13u)) * 3266489909u;
+    return hash ^ (hash >> 16u);
+}
+
+fn package_lightshed__1guiding_field__1no_guidance() -> package_lightshed__1guiding_field_Guidance {
+    return package_lightshed__1guiding_field_Guidance(package_lightshed_quadtree_Quadtree(0u, 1u, vec2u(0u)), vec3f(0.0), 0.0);
+}
 
 const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
 
@@ -1050,6 +1181,10 @@ fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f3
 
 const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
 
+fn package_lightshed_float__2as_it_is(x: f32) -> f32 {
+    return min(x, package_lightshed_float__1F32_MAX);
+}
+
 struct package_lightshed_frame_Frame {
     tangent: vec3f,
     bitangent: vec3f,
@@ -1176,6 +1311,337 @@ fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squar
         return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
     }
     return 0.0;
+}
+
+fn package_lightshed_octahedral__1octahedral_decode(uv: vec2f) -> vec3f {
+    return package_lightshed_vector_unit3(package_lightshed_octahedral_lift(clamp(uv, vec2f(0.0), vec2f(1.0)) * 2.0 - 1.0));
+}
+
+fn package_lightshed_octahedral__1octahedral_encode(direction: vec3f) -> vec2f {
+    return package_lightshed_octahedral_project(direction) * 0.5 + 0.5;
+}
+
+fn package_lightshed_octahedral__3octahedral_to_solid_angle(pdf_square: f32, direction: vec3f) -> f32 {
+    let norm = abs(direction.x) + abs(direction.y) + abs(direction.z);
+    let q = package_lightshed_float__2as_it_is(package_lightshed_vector_length3(direction / norm));
+    return pdf_square / (4.0 / (q * q * q));
+}
+
+fn package_lightshed_octahedral_fold(xy: vec2f) -> vec2f {
+    return vec2f((1.0 - abs(xy.y)) * package_lightshed_vector__1sign_of(xy.x), (1.0 - abs(xy.x)) * package_lightshed_vector__1sign_of(xy.y));
+}
+
+fn package_lightshed_octahedral_lift(xy: vec2f) -> vec3f {
+    let z = 1.0 - abs(xy.x) - abs(xy.y);
+    if z < 0.0 {
+        return vec3f(package_lightshed_octahedral_fold(xy), z);
+    }
+    return vec3f(xy, z);
+}
+
+fn package_lightshed_octahedral_project(direction: vec3f) -> vec2f {
+    let norm = abs(direction.x) + abs(direction.y) + abs(direction.z);
+    if !(norm > 0.0) {
+        return vec2f(0.0);
+    }
+    let xy = clamp(direction.xy / norm, vec2f(-1.0), vec2f(1.0));
+    if direction.z < 0.0 {
+        return package_lightshed_octahedral_fold(xy);
+    }
+    return xy;
+}
+
+struct package_lightshed_octree_Octree {
+    min: vec3f,
+    per_length: f32,
+    side: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+struct package_lightshed_octree_OctreePair {
+    first: u32,
+    second: u32
+}
+
+struct package_lightshed_octree_OctreeUnits {
+    inside: bool,
+    units: vec3u
+}
+
+struct package_lightshed_octree_OctreeWalk {
+    slot: u32,
+    node: u32,
+    depth: u32
+}
+
+fn package_lightshed_octree__1octree_child(units: vec3u, depth: u32) -> u32 {
+    let bits = (units >> vec3u(package_lightshed_octree__2MAX_OCTREE_DEPTH - 1u - depth)) & vec3u(1u);
+    return bits.x | (bits.y << 1u) | (bits.z << 2u);
+}
+
+fn package_lightshed_octree__1octree_descend(node: u32, depth: u32, units: vec3u) -> u32 {
+    var number = node;
+    for (var level = depth; level < package_lightshed_octree__2MAX_OCTREE_DEPTH; level++) {
+        let inner = package_memory_guide__2load_octree_node(number);
+        let child = package_lightshed_octree__1octree_child(units, level);
+        if package_lightshed_octree__2is_octree_leaf(inner, child) {
+            return 8u * number + child;
+        }
+        number = package_lightshed_octree__1octree_inner(inner, child);
+    }
+    return package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_octree__1octree_inner(node: u32, child: u32) -> u32 {
+    return (node >> 8u) + countOneBits(~node & 255u & ((1u << child) - 1u));
+}
+
+fn package_lightshed_octree__1octree_slot(tree: package_lightshed_octree_Octree, position: vec3f) -> u32 {
+    let at = package_lightshed_octree__1octree_units(tree, position);
+    if !at.inside {
+        return package_lightshed_ray_NOTHING;
+    }
+    return package_lightshed_octree__1octree_descend(0u, 0u, at.units);
+}
+
+fn package_lightshed_octree__1octree_units(tree: package_lightshed_octree_Octree, position: vec3f) -> package_lightshed_octree_OctreeUnits {
+    let units = (position - tree.min) * tree.per_length;
+    let inside = all(units >= vec3f(0.0)) && all(units < vec3f(1048576.0));
+    return package_lightshed_octree_OctreeUnits(inside, vec3u(select(vec3f(0.0), units, inside)));
+}
+
+fn package_lightshed_octree__1octree_walk(units: vec3u, most: u32) -> package_lightshed_octree_OctreeWalk {
+    var walk = package_lightshed_octree_OctreeWalk(package_lightshed_ray_NOTHING, 0u, 0u);
+    while (walk.depth < most) {
+        let inner = package_memory_guide__2load_octree_node(walk.node);
+        let child = package_lightshed_octree__1octree_child(units, walk.depth);
+        if package_lightshed_octree__2is_octree_leaf(inner, child) {
+            walk.slot = 8u * walk.node + child;
+            break;
+        }
+        walk.node = package_lightshed_octree__1octree_inner(inner, child);
+        walk.depth++;
+    }
+    return walk;
+}
+
+const package_lightshed_octree__2MAX_OCTREE_DEPTH: u32 = 20u;
+
+fn package_lightshed_octree__2is_octree_leaf(node: u32, child: u32) -> bool {
+    return ((node >> child) & 1u) != 0u;
+}
+
+fn package_lightshed_octree__2octree_common_depth(a: vec3u, b: vec3u) -> u32 {
+    let differing = (a.x ^ b.x) | (a.y ^ b.y) | (a.z ^ b.z);
+    return countLeadingZeros(differing) - (32u - package_lightshed_octree__2MAX_OCTREE_DEPTH);
+}
+
+fn package_lightshed_octree__2octree_slot_moved(tree: package_lightshed_octree_Octree, position: vec3f, offset: vec3f) -> package_lightshed_octree_OctreePair {
+    let at = package_lightshed_octree__1octree_units(tree, position);
+    if !at.inside {
+        return package_lightshed_octree_OctreePair(package_lightshed_ray_NOTHING, package_lightshed_ray_NOTHING);
+    }
+    let own = package_lightshed_octree__1octree_walk(at.units, package_lightshed_octree__2MAX_OCTREE_DEPTH);
+    let side = tree.side * bitcast<f32>((126u - own.depth) << 23u);
+    let moved = package_lightshed_octree__1octree_units(tree, position + side * offset);
+    if !moved.inside {
+        return package_lightshed_octree_OctreePair(own.slot, package_lightshed_ray_NOTHING);
+    }
+    if package_lightshed_octree__2octree_common_depth(at.units, moved.units) > own.depth {
+        return package_lightshed_octree_OctreePair(own.slot, own.slot);
+    }
+    return package_lightshed_octree_OctreePair(own.slot, package_lightshed_octree__1octree_descend(0u, 0u, moved.units));
+}
+
+struct package_lightshed_parallax_FromPivot {
+    direction: vec3f,
+    factor: f32
+}
+
+const package_lightshed_parallax__1LARGEST_OFFSET: f32 = 0.5;
+
+fn package_lightshed_parallax__1parallax_offset(pivot: vec3f, inverse: f32, position: vec3f) -> vec3f {
+    let offset = (position - pivot) * inverse;
+    let length = package_lightshed_vector_length3(offset);
+    if length <= package_lightshed_parallax__1LARGEST_OFFSET {
+        return offset;
+    }
+    if package_lightshed_vector__1is_finite(length) {
+        return offset * (package_lightshed_parallax__1LARGEST_OFFSET / length);
+    }
+    return vec3f(0.0);
+}
+
+fn package_lightshed_parallax__1parallax_seen(offset: vec3f, from_pivot: vec3f) -> vec3f {
+    return package_lightshed_vector_unit3(from_pivot - offset);
+}
+
+fn package_lightshed_parallax__2parallax_at_pivot(offset: vec3f, direction: vec3f) -> package_lightshed_parallax_FromPivot {
+    let along = package_lightshed_vector_dot3(offset, direction);
+    let r = sqrt(along * along + package_lightshed_float__2as_it_is(1.0 - package_lightshed_vector_dot3(offset, offset)));
+    let s = r - along;
+    return package_lightshed_parallax_FromPivot(package_lightshed_vector_unit3(offset + s * direction), s * s / r);
+}
+
+struct package_lightshed_quadtree_Quadtree {
+    first: u32,
+    words: u32,
+    head: vec2u
+}
+
+struct package_lightshed_quadtree_QuadtreeHalf {
+    number: u32,
+    rest: f32
+}
+
+struct package_lightshed_quadtree_QuadtreePoint {
+    square: vec2f,
+    depth: u32,
+    code: u32
+}
+
+struct package_lightshed_quadtree_QuadtreeSample {
+    direction: vec3f,
+    pdf: f32
+}
+
+fn package_lightshed_quadtree__1choose_half(low: u32, high: u32, u: f32) -> package_lightshed_quadtree_QuadtreeHalf {
+    let scaled = u * f32(low + high);
+    let is_high = scaled >= f32(low);
+    let start = select(0u, low, is_high);
+    let own = select(low, high, is_high);
+    let rest = (scaled - f32(start)) * (1.0 / f32(own));
+    return package_lightshed_quadtree_QuadtreeHalf(u32(is_high), min(rest, package_lightshed_uniform__2ONE_MINUS_EPSILON));
+}
+
+fn package_lightshed_quadtree__1low_bits(word: u32, count: u32) -> u32 {
+    return word & ((1u << count) - 1u);
+}
+
+fn package_lightshed_quadtree__1quadtree_at(first: u32, words: u32) -> package_lightshed_quadtree_Quadtree {
+    var head = vec2u(package_memory_guide__2load_quadtree_word(first), 0u);
+    if words > 1u {
+        head.y = package_memory_guide__2load_quadtree_word(first + 1u);
+    }
+    return package_lightshed_quadtree_Quadtree(first, words, head);
+}
+
+fn package_lightshed_quadtree__1quadtree_bit(tree: package_lightshed_quadtree_Quadtree, place: u32) -> bool {
+    return ((package_lightshed_quadtree__1quadtree_word(tree, place >> 5u) >> (place & 31u)) & 1u) != 0u;
+}
+
+fn package_lightshed_quadtree__1quadtree_code(square: vec2f) -> u32 {
+    let spread = package_lightshed_quadtree__1spread_16(vec2u(clamp(square * 65536.0, vec2f(0.0), vec2f(65535.0))));
+    return spread.x | (spread.y << 1u);
+}
+
+fn package_lightshed_quadtree__1quadtree_pdf(tree: package_lightshed_quadtree_Quadtree, direction: vec3f) -> f32 {
+    let depth = package_lightshed_quadtree__2quadtree_depth_at(tree, package_lightshed_quadtree__1quadtree_code(package_lightshed_octahedral__1octahedral_encode(direction)));
+    return package_lightshed_octahedral__3octahedral_to_solid_angle(package_lightshed_quadtree__2quadtree_square_density(tree, depth), direction);
+}
+
+fn package_lightshed_quadtree__1quadtree_rank(tree: package_lightshed_quadtree_Quadtree, place: u32) -> u32 {
+    if place < 32u {
+        return countOneBits(package_lightshed_quadtree__1low_bits(tree.head.x, place));
+    }
+    var ones = countOneBits(tree.head.x);
+    for (var index = 1u; index < (place >> 5u); index++) {
+        ones += countOneBits(package_lightshed_quadtree__1quadtree_word(tree, index));
+    }
+    if (place & 31u) != 0u {
+        ones += countOneBits(package_lightshed_quadtree__1low_bits(package_lightshed_quadtree__1quadtree_word(tree, place >> 5u), place & 31u));
+    }
+    return ones;
+}
+
+fn package_lightshed_quadtree__1quadtree_sample(tree: package_lightshed_quadtree_Quadtree, u: vec2f) -> package_lightshed_quadtree_QuadtreeSample {
+    let point = package_lightshed_quadtree__2quadtree_sample_square(tree, u);
+    let direction = package_lightshed_octahedral__1octahedral_decode(point.square);
+    let code = package_lightshed_quadtree__1quadtree_code(package_lightshed_octahedral__1octahedral_encode(direction));
+    var depth = point.depth;
+    if ((code ^ point.code) >> (32u - 2u * depth)) != 0u {
+        depth = package_lightshed_quadtree__2quadtree_depth_at(tree, code);
+    }
+    return package_lightshed_quadtree_QuadtreeSample(direction, package_lightshed_octahedral__3octahedral_to_solid_angle(package_lightshed_quadtree__2quadtree_square_density(tree, depth), direction));
+}
+
+fn package_lightshed_quadtree__1quadtree_word(tree: package_lightshed_quadtree_Quadtree, index: u32) -> u32 {
+    if index < 2u {
+        return select(tree.head.x, tree.head.y, index == 1u);
+    }
+    return package_memory_guide__2load_quadtree_word(tree.first + index);
+}
+
+fn package_lightshed_quadtree__1spread_16(x: vec2u) -> vec2u {
+    var y = (x | (x << vec2u(8u))) & vec2u(16711935u);
+    y = (y | (y << vec2u(4u))) & vec2u(252645135u);
+    y = (y | (y << vec2u(2u))) & vec2u(858993459u);
+    return (y | (y << vec2u(1u))) & vec2u(1431655765u);
+}
+
+const package_lightshed_quadtree__2MAX_QUADTREE_DEPTH: u32 = 14u;
+
+fn package_lightshed_quadtree__2quadtree_depth_at(tree: package_lightshed_quadtree_Quadtree, code: u32) -> u32 {
+    var inner = 0u;
+    var rest = code;
+    for (var depth = 1u; depth < package_lightshed_quadtree__2MAX_QUADTREE_DEPTH; depth++) {
+        let place = 4u * inner + (rest >> 30u);
+        if !package_lightshed_quadtree__1quadtree_bit(tree, place) {
+            return depth;
+        }
+        inner = package_lightshed_quadtree__1quadtree_rank(tree, place) + 1u;
+        rest <<= 2u;
+    }
+    return package_lightshed_quadtree__2MAX_QUADTREE_DEPTH;
+}
+
+fn package_lightshed_quadtree__2quadtree_leaf_count(tree: package_lightshed_quadtree_Quadtree) -> u32 {
+    return 24u * tree.words + 1u;
+}
+
+fn package_lightshed_quadtree__2quadtree_leaves_below(tree: package_lightshed_quadtree_Quadtree, inner: u32) -> vec4u {
+    var start = 4u * inner + vec4u(0u, 1u, 2u, 3u);
+    var end = 4u * inner + 4u;
+    var leaves = vec4u(0u);
+    for (var level = 0u; level < package_lightshed_quadtree__2MAX_QUADTREE_DEPTH && start.x < end; level++) {
+        let ones = vec4u(package_lightshed_quadtree__1quadtree_rank(tree, start.x), package_lightshed_quadtree__1quadtree_rank(tree, start.y), package_lightshed_quadtree__1quadtree_rank(tree, start.z), package_lightshed_quadtree__1quadtree_rank(tree, start.w));
+        let last = package_lightshed_quadtree__1quadtree_rank(tree, end);
+        leaves += (vec4u(start.yzw, end) - start) - (vec4u(ones.yzw, last) - ones);
+        start = 4u * (ones + 1u);
+        end = 4u * (last + 1u);
+    }
+    return leaves;
+}
+
+fn package_lightshed_quadtree__2quadtree_sample_square(tree: package_lightshed_quadtree_Quadtree, u: vec2f) -> package_lightshed_quadtree_QuadtreePoint {
+    var left = u;
+    var place = vec2u(0u);
+    var code = 0u;
+    var inner = 0u;
+    var depth = 0u;
+    loop {
+        let below = package_lightshed_quadtree__2quadtree_leaves_below(tree, inner);
+        let half = package_lightshed_quadtree__1choose_half(below.x + below.y, below.z + below.w, left.y);
+        let pair = select(below.xy, below.zw, half.number == 1u);
+        let quarter = package_lightshed_quadtree__1choose_half(pair.x, pair.y, left.x);
+        left = vec2f(quarter.rest, half.rest);
+        depth++;
+        place = 2u * place + vec2u(quarter.number, half.number);
+        let child = quarter.number + 2u * half.number;
+        code |= child << (32u - 2u * depth);
+        if !package_lightshed_quadtree__1quadtree_bit(tree, 4u * inner + child) || depth >= package_lightshed_quadtree__2MAX_QUADTREE_DEPTH {
+            break;
+        }
+        inner = package_lightshed_quadtree__1quadtree_rank(tree, 4u * inner + child) + 1u;
+    }
+    let side = bitcast<f32>((127u - depth) << 23u);
+    return package_lightshed_quadtree_QuadtreePoint((vec2f(place) + left) * side, depth, code);
+}
+
+fn package_lightshed_quadtree__2quadtree_square_density(tree: package_lightshed_quadtree_Quadtree, depth: u32) -> f32 {
+    return bitcast<f32>((127u + 2u * depth) << 23u) / f32(package_lightshed_quadtree__2quadtree_leaf_count(tree));
 }
 
 struct package_lightshed_ray_Hit {
@@ -1669,6 +2135,10 @@ fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f
     return otherwise;
 }
 
+fn package_lightshed_vector__1sign_of(x: f32) -> f32 {
+    return select(1.0, -1.0, x < 0.0);
+}
+
 fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
     return select(low, min(x, high), x > low);
 }
@@ -1740,6 +2210,36 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let other = a_low * b_high + (middle & 65535u);
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
+
+override package_memory_guide__1HAS_GUIDE: bool = true;
+
+@group(1) @binding(16)
+var<storage, read> package_memory_guide__1guide_nodes: array<u32>;
+
+@group(1) @binding(17)
+var<storage, read> package_memory_guide__1guide_regions: array<u32>;
+
+@group(1) @binding(18)
+var<storage, read> package_memory_guide__1guide_words: array<u32>;
+
+fn package_memory_guide__1guiding_field() -> package_lightshed__1guiding_field_GuidingField {
+    return package_memory_guide_guide;
+}
+
+fn package_memory_guide__2load_guide_region(slot: u32) -> u32 {
+    return package_memory_guide__1guide_regions[slot];
+}
+
+fn package_memory_guide__2load_octree_node(index: u32) -> u32 {
+    return package_memory_guide__1guide_nodes[index];
+}
+
+fn package_memory_guide__2load_quadtree_word(index: u32) -> u32 {
+    return package_memory_guide__1guide_words[index];
+}
+
+@group(1) @binding(15)
+var<storage, read> package_memory_guide_guide: package_lightshed__1guiding_field_GuidingField;
 
 const package_memory_pixels_GROUP: u32 = 64u;
 

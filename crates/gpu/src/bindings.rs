@@ -1,8 +1,8 @@
 //! Bindings of programs: every binding has one number, one name and one meaning.
 //!
-//! Programs over a scene have the scene in group 0, its medium, light tree or lighting grid (each
-//! with its own numbers) in group 1, and the buffers of a method in group 2. Programs without a
-//! scene have everything in group 0. A test compares these tables with the linked shaders, names
+//! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid or guide
+//! (each with its own numbers) in group 1, and the buffers of a method in group 2. Programs without
+//! a scene have everything in group 0. A test compares these tables with the linked shaders, names
 //! included.
 
 use crate::buffer::{Access, Buffer};
@@ -111,6 +111,15 @@ bindings!(
     grid_keys: Read,
     grid_vertices: Read,
     grid_moments: Read,
+);
+
+bindings!(
+    /// A guide's field.
+    GuideBindings, 1, 15,
+    guide: Read,
+    guide_nodes: Read,
+    guide_regions: Read,
+    guide_words: Read,
 );
 
 bindings!(

@@ -1,11 +1,13 @@
 //! The registry's methods on the device.
 
+use crate::guided::check_guide;
 use crate::{
-    Gpu, GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
-    GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    Gpu, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi,
+    GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{
-    LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
+    GuidedPathsOptions, LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions,
+    RestirVolumeOptions,
 };
 use lightshed_scene::Scene;
 
@@ -24,8 +26,21 @@ type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by_tree: bool) -> Started<
 
 /// The registry's list of methods on the device.
 const ON_DEVICE: [(&str, StartOnDevice); 8] = [
-    ("path", |stage, _| {
-        Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?))
+    ("path", |stage, _| match stage.values.guided_paths() {
+        Some(options) => {
+            let training = stage.values.guide_training_given();
+            let options = GuidedPathsOptions {
+                training: training.unwrap_or(GpuGuidedPaths::TRAINING),
+                ..options
+            };
+            Ok(Box::new(GpuGuidedPaths::with_options(
+                stage.gpu,
+                stage.scene,
+                &stage.on_device,
+                options,
+            )?))
+        }
+        None => Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?)),
     }),
     ("volpath", |stage, _| {
         Ok(Box::new(GpuVolumePathTracer::new(stage.gpu, &stage.on_device)?))
@@ -106,6 +121,13 @@ impl<'a> GpuStage<'a> {
     /// among them; other errors for scenes that it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
         let start = on_device(method.name())?;
+        if let Some(options) = method.values().guided_paths() {
+            if method.capabilities().media {
+                let message = format!("the device guides path alone, not {}", method.name());
+                return Err(GpuError::Settings(message.into()));
+            }
+            check_guide(&options)?;
+        }
         if !method.capabilities().device {
             let message = format!("the device does not have {method}");
             return Err(GpuError::Settings(message.into()));

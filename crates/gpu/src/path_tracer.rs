@@ -1,12 +1,14 @@
 //! Path tracing on the device.
 
-use crate::bindings::{BoundGroup, SceneBindings, Table, WavefrontBindings};
+use crate::bindings::{BoundGroup, GuideBindings, SceneBindings, Table, WavefrontBindings};
+use crate::guide::GuideMemory;
 use crate::image::PixelSums;
 use crate::programs::PATH;
 use crate::scene::{GpuScene, Settings};
 use crate::{Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
+use lightshed_integrator::guiding::FlatGuidingField;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
 /// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images
@@ -14,7 +16,10 @@ use lightshed_film::RayCounts;
 pub struct GpuPathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
-    bound: BoundGroup,
+    program: &'a str,
+    /// The scene, and the guide's field.
+    bound: [BoundGroup; 2],
+    guide: GuideMemory,
     kernels: Kernels,
     max_depth: u32,
     roulette_depth: u32,
@@ -53,7 +58,11 @@ struct Step {
 }
 
 /// What the program binds.
-pub(crate) const TABLES: [Table; 2] = [SceneBindings::TABLE, WavefrontBindings::TABLE];
+pub(crate) const TABLES: [Table; 3] = [
+    SceneBindings::TABLE,
+    GuideBindings::TABLE,
+    WavefrontBindings::TABLE,
+];
 
 /// Bytes of an active path: itself, its hit, its shadow ray, and its places in two queues.
 const PATH_BYTES: u64 = 80 + 16 + 48 + 2 * 4;
@@ -95,6 +104,16 @@ impl<'a> GpuPathTracer<'a> {
         max_depth: Option<u32>,
         roulette_depth: u32,
     ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, max_depth, roulette_depth, PATH)
+    }
+
+    pub(crate) fn of_program(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        max_depth: Option<u32>,
+        roulette_depth: u32,
+        program: &'a str,
+    ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
         let [width, height] = scene.size();
         let pixels = width * height;
@@ -110,11 +129,14 @@ impl<'a> GpuPathTracer<'a> {
             counts: gpu.zeros("counts", 8 * u64::from(max_depth + 2))?,
             film: gpu.zeros("film", PIXEL_BYTES * u64::from(pixels))?,
         };
+        let guide = GuideMemory::none(gpu)?;
         Ok(Self {
             gpu,
             scene,
-            bound: gpu.bind(&[&scene.bindings()]),
-            kernels: Kernels::new(gpu, scene)?,
+            program,
+            bound: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&guide.bindings()])],
+            guide,
+            kernels: Kernels::new(gpu, scene, program, false)?,
             max_depth,
             roulette_depth,
             samples,
@@ -123,9 +145,36 @@ impl<'a> GpuPathTracer<'a> {
         })
     }
 
-    /// Bytes on the device, the scene's and a few counts apart: [`GpuPathTracer::BYTES_PER_PIXEL`]
-    /// for each pixel of an image that is large enough to have one sample of each on its way;
-    /// smaller ones have several.
+    /// Guides the paths to come by what a field has learnt, with roulette from this edge on;
+    /// without a field they are plain again. With a guide paths are those of
+    /// `lightshed_integrator::PathTracer::with_guide`.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn set_guide(
+        &mut self,
+        field: Option<&FlatGuidingField<'_>>,
+        roulette_depth: u32,
+    ) -> Result<(), GpuError> {
+        self.guide = match field {
+            Some(field) => GuideMemory::new(self.gpu, field)?,
+            None => GuideMemory::none(self.gpu)?,
+        };
+        self.bound[1] = self.gpu.bind(&[&self.guide.bindings()]);
+        self.kernels = Kernels::new(self.gpu, self.scene, self.program, field.is_some())?;
+        self.roulette_depth = roulette_depth;
+        Ok(())
+    }
+
+    /// Bytes on the device of the guide's field.
+    pub fn guide_bytes(&self) -> u64 {
+        self.guide.bytes()
+    }
+
+    /// Bytes on the device, the scene's, a guide's and a few counts apart:
+    /// [`GpuPathTracer::BYTES_PER_PIXEL`] for each pixel of an image that is large enough to have
+    /// one sample of each on its way; smaller ones have several.
     pub fn bytes(&self) -> u64 {
         let Memory {
             settings: _,
@@ -181,7 +230,7 @@ impl<'a> GpuPathTracer<'a> {
     }
 
     /// Rays of the last wave, by what is left of its counts.
-    fn rays(&self) -> Result<RayCounts, GpuError> {
+    pub(crate) fn rays(&self) -> Result<RayCounts, GpuError> {
         let words = (self.memory.counts.bytes() / 4).min(2 * 1024) as usize;
         let counts: Vec<u32> = self.gpu.read(&self.memory.counts, words)?;
         let sum = |first: usize| counts.iter().skip(first).step_by(2).map(|&n| u64::from(n)).sum();
@@ -264,7 +313,8 @@ impl<'a> GpuPathTracer<'a> {
             film,
             step,
         }]);
-        work.dispatch_bound(kernel, &[&self.bound, &method], groups_of(threads));
+        let [scene, guide] = &self.bound;
+        work.dispatch_bound(kernel, &[scene, guide, &method], groups_of(threads));
     }
 }
 
@@ -297,10 +347,10 @@ pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
 }
 
 impl Kernels {
-    fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
-        let constants = scene.constants(PATH, &[]);
+    fn new(gpu: &Gpu, scene: &GpuScene, program: &str, is_guided: bool) -> Result<Self, GpuError> {
+        let constants = scene.constants(program, &[("HAS_GUIDE", is_guided)]);
         let kernel =
-            |entry: &str| gpu.kernel_of_tables(&format!("path {entry}"), PATH, entry, &TABLES, &constants);
+            |entry: &str| gpu.kernel_of_tables(&format!("path {entry}"), program, entry, &TABLES, &constants);
         Ok(Self {
             start: kernel("start")?,
             extend: kernel("extend")?,

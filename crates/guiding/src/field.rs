@@ -84,7 +84,7 @@ pub struct FieldUpdate {
 }
 
 /// Samples that a region must have learnt from to be used by positions outside it.
-const LEAST_SAMPLES: u32 = 32;
+pub(crate) const LEAST_SAMPLES: u32 = 32;
 /// No slot.
 const NOWHERE: u32 = u32::MAX;
 

@@ -12,6 +12,7 @@
 //! | a guide over space | [`GuidingField`] with a [`DirectionalModel`]: [`QuadtreeModel`], [`WeightedTreeModel`], [`VmfModel`] |
 //! | quadtrees alone, and their limits | [`CompressedQuadtree`], [`MAX_QUADTREE_BITS`], [`MAX_QUADTREE_DEPTH`] |
 //! | lobes alone | [`VmfMixture`], [`VmfLobe`], [`concentration_of`] |
+//! | a field on a device | [`GuidingField::flat`], [`FlatGuidingField`] |
 //! | chains that need no list of lights | [`MarkovState`], [`MarkovChain`] |
 //! | choosing among neighbours' states | [`Discovery`], [`neighbour_offset`] of [`OFFSET_WORDS`] words |
 //! | caches of visible lights | [`LightCache`], [`LightTreeCache`] |
@@ -28,6 +29,7 @@
 mod binary_tree;
 mod error;
 mod field;
+mod flat;
 mod light_cache;
 mod markov;
 mod model;
@@ -46,6 +48,7 @@ mod weighted_tree;
 pub use binary_tree::BinaryTree;
 pub use error::GuidingError;
 pub use field::{FieldUpdate, Guidance, GuidingField};
+pub use flat::FlatGuidingField;
 pub use glam;
 pub use light_cache::{
     BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, LightCache,

@@ -58,8 +58,8 @@ pub use direct::lightcuts::{
 };
 pub use emitter_sampler::EmitterSampler;
 pub use guided::{
-    FieldDirections, FieldRecorder, GuideError, GuideKind, GuidedPaths, GuidedPathsOptions, SceneField,
-    UnknownGuide, guide_need,
+    FieldDirections, FieldRecorder, GuideError, GuideKind, GuidedHalf, GuidedPaths, GuidedPathsOptions,
+    SceneField, UnknownGuide, guide_need,
 };
 pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
 pub use lightshed_caching as caching;

@@ -52,6 +52,18 @@ fn octahedral_unpack16(bits: u32) -> vec3f {
     return package_lightshed_vector_unit3(lift(max(steps / 127.0, vec2f(-1.0))));
 }
 
+fn octahedral_to_solid_angle(pdf_square: f32, direction: vec3f) -> f32 {
+    let norm = abs(direction.x) + abs(direction.y) + abs(direction.z);
+    let q = package_lightshed_float__2as_it_is(package_lightshed_vector_length3(direction / norm));
+    return pdf_square / (4.0 / (q * q * q));
+}
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_float__2as_it_is(x: f32) -> f32 {
+    return min(x, package_lightshed_float__1F32_MAX);
+}
+
 fn package_lightshed_vector__1sign_of(x: f32) -> f32 {
     return select(1.0, -1.0, x < 0.0);
 }

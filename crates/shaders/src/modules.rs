@@ -104,6 +104,15 @@ pub const MODULES: &[Module] = &[
             "visit_influence"
         ]
     ),
+    module!(
+        "guiding_field",
+        [
+            "guiding_field",
+            "load_guide_region",
+            "load_octree_node",
+            "load_quadtree_word"
+        ]
+    ),
     module!("importance", ["load_light_row"]),
     module!("jump_selection"),
     module!(
@@ -138,6 +147,7 @@ pub const MODULES: &[Module] = &[
         ]
     ),
     module!("majorant", ["load_majorant"]),
+    module!("markov_state"),
     module!("material"),
     module!("measure"),
     module!(
@@ -154,6 +164,8 @@ pub const MODULES: &[Module] = &[
     module!("morton"),
     module!("normal_ball"),
     module!("octahedral"),
+    module!("octree", ["load_octree_node"]),
+    module!("parallax"),
     module!("path_numbers"),
     module!(
         "path_sample",
@@ -264,6 +276,7 @@ pub const MODULES: &[Module] = &[
         ]
     ),
     module!("phase"),
+    module!("quadtree", ["load_quadtree_word"]),
     module!("ray"),
     module!("reservoir"),
     module!("rng"),
@@ -280,6 +293,7 @@ pub const MODULES: &[Module] = &[
     module!("unbiased_marching", ["load_density", "load_majorant"]),
     module!("uniform"),
     module!("vector"),
+    module!("vmf"),
     module!("warp"),
     module!("wide"),
 ];

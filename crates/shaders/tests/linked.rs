@@ -48,6 +48,7 @@ fn checked_in_wgsl_is_what_modules_link_to() {
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
     import package::lightshed::grid_light::{GridFrame, GridLight, GridPoint};
+    import package::lightshed::guiding_field::GuidingField;
     import package::lightshed::lightcut::Subtree;
     import package::lightshed::lighting_grid::Influence;
     import package::lightshed::merge::{MergeImage, MergeInput};
@@ -57,7 +58,12 @@ const HOST: &str = "
     @group(0) @binding(2) var<storage, read> frame: GridFrame;
     @group(0) @binding(3) var<storage, read> grid_lights: array<GridLight>;
     @group(0) @binding(4) var<storage, read> points: array<GridPoint>;
+    @group(0) @binding(5) var<storage, read> field: GuidingField;
     var<private> sum: vec3f;
+    fn guiding_field() -> GuidingField { return field; }
+    fn load_guide_region(slot: u32) -> u32 { return words[slot]; }
+    fn load_octree_node(index: u32) -> u32 { return words[index]; }
+    fn load_quadtree_word(index: u32) -> u32 { return words[index]; }
     fn grid_frame() -> GridFrame { return frame; }
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
     fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }

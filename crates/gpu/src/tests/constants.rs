@@ -42,7 +42,12 @@ const SAME: &[(&str, &str, &[&str])] = &[
     ),
     ("lighting_grid", "lights", &["REACH_FACTOR"]),
     ("normal_ball", "lights", &["CENTER_STEPS", "TO_INTEGER"]),
+    ("exponential", "guiding", &["VANISHES_FROM"]),
+    ("octree", "spatial", &["MAX_OCTREE_DEPTH"]),
+    ("parallax", "guiding", &["LARGEST_OFFSET"]),
     ("path_walk", "shift", &["SURVIVAL_CAP"]),
+    ("quadtree", "guiding", &["MAX_QUADTREE_DEPTH"]),
+    ("vmf", "guiding", &["MAX_CONCENTRATION", "UNIFORM_BELOW"]),
     ("reservoir", "resampling", &["TAG_EMPTY", "TAG_SAMPLE"]),
     ("surface", "scene", &["POSITION_ERROR"]),
     (

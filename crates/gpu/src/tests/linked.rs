@@ -31,11 +31,12 @@ const PROGRAMS: [(&str, &[Table]); 13] = [
 ];
 
 /// Overridable constants that hosts set.
-const CONSTANTS: [&str; 10] = [
+const CONSTANTS: [&str; 11] = [
     "BY_TREE",
     "HAS_DELTA_EMITTERS",
     "HAS_DIELECTRICS",
     "HAS_EMITTERS",
+    "HAS_GUIDE",
     "HAS_PLASTICS",
     "HAS_SKY",
     "HAS_SURFACES",
@@ -261,6 +262,7 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("volpath", "package_lightshed_majorant_MajorantGrid", 48),
         ("volpath", "package_lightshed_tracking_Medium", 64),
         ("volpath", "package_memory_medium_MediumSettings", 144),
+        ("path", "package_lightshed__1guiding_field_GuidingField", 48),
         ("radix_sort", "Pass", 16),
     ] {
         if of == program {

@@ -2,6 +2,7 @@
 //! once.
 
 mod constants;
+mod guided;
 mod linked;
 mod parity;
 mod path_parity;

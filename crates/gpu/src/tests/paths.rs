@@ -150,7 +150,7 @@ fn lit_by_points() -> SceneDescription {
 }
 
 /// A ball of rough glass in a ball of glass, a pane, and plastic walls.
-fn glass() -> SceneDescription {
+pub(crate) fn glass() -> SceneDescription {
     let mut scene = builtin::cornell();
     let dielectric = |eta, alpha: Option<f32>| Material::Dielectric {
         eta,

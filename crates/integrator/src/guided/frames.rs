@@ -102,6 +102,65 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         self.trains(frame) && (self.options.every_frame || (frame + 1).is_power_of_two())
     }
 
+    /// Renders both halves of a frame that does not train. `None` if a half gave none.
+    fn halves_elsewhere(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        render: &mut dyn FnMut(GuidedHalf<'_>, &mut [Rgb]) -> Option<RayCounts>,
+    ) -> Option<RayCounts> {
+        let samples = self.options.samples / 2;
+        let roulette_depth = self.scene.settings().roulette_depth;
+        let mut rays = RayCounts::default();
+        for (half, image) in (0..).zip(&mut self.halves) {
+            let number = frame.wrapping_mul(2).wrapping_add(half);
+            let (field, roulette_depth) = match self.is_dropped {
+                true => (None, roulette_depth),
+                false => (Some(&self.field), roulette_depth.max(self.options.roulette_depth)),
+            };
+            let asked = GuidedHalf {
+                field,
+                roulette_depth,
+                first: number.wrapping_mul(samples),
+                samples,
+                seed,
+            };
+            rays += render(asked, image)?;
+        }
+        Some(rays)
+    }
+
+    /// Frame `frame` as [`FrameMethod::render_frame`] renders it, whose paths `render` traces where
+    /// they train nothing: after the last frame that trains, and once the guide is dropped. So
+    /// another processor can trace them. `render` writes the mean of the samples of each pixel.
+    pub fn render_frame_elsewhere(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+        render: &mut dyn FnMut(GuidedHalf<'_>, &mut [Rgb]) -> Option<RayCounts>,
+    ) -> Option<RayCounts> {
+        let rays = match self.is_dropped || !self.trains(frame) {
+            true => self.halves_elsewhere(frame, seed, render)?,
+            false => self.halves(frame, seed, cancel)?,
+        };
+        self.combine(frame, image);
+        Some(rays)
+    }
+
+    /// Adds the halves to the combination, and learns.
+    fn combine(&mut self, frame: u32, image: &mut [Rgb]) {
+        let [first, second] = &self.halves;
+        self.combination.add([first, second]);
+        let (number, before) = (frame as f32, &mut self.before);
+        self.combination.image(|pixel, value| {
+            image[pixel] = value + number * (value - before[pixel]);
+            before[pixel] = value;
+        });
+        self.learn(frame);
+    }
+
     /// Renders both halves of a frame. `None` if it was cancelled.
     fn halves(&mut self, frame: u32, seed: u64, cancel: &AtomicBool) -> Option<RayCounts> {
         let plain = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
@@ -174,6 +233,22 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
     }
 }
 
+/// Paths of half a frame that train nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct GuidedHalf<'f> {
+    /// What guides them; `None` for plain paths.
+    pub field: Option<&'f SceneField>,
+    /// First edge at which roulette may end one.
+    pub roulette_depth: u32,
+    /// Number of the first sample of each pixel.
+    pub first: u32,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Seed of the random numbers, which are those of
+    /// [`GuidedPathsOptions::points`](super::options::GuidedPathsOptions::points).
+    pub seed: u64,
+}
+
 /// The frames `2 f` and `2 f + 1` of half the samples each.
 struct HalfFrames {
     size: [u32; 2],
@@ -229,14 +304,7 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for GuidedPaths<'_, S> {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let rays = self.halves(frame, seed, cancel)?;
-        let [first, second] = &self.halves;
-        self.combination.add([first, second]);
-        let (number, before) = (frame as f32, &mut self.before);
-        self.combination.image(|pixel, value| {
-            image[pixel] = value + number * (value - before[pixel]);
-            before[pixel] = value;
-        });
-        self.learn(frame);
+        self.combine(frame, image);
         Some(rays)
     }
 }

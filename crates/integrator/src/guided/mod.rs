@@ -8,7 +8,7 @@ mod options;
 mod recorder;
 
 pub use field::{FieldDirections, SceneField};
-pub use frames::GuidedPaths;
+pub use frames::{GuidedHalf, GuidedPaths};
 pub use need::guide_need;
 pub use options::{GuideError, GuideKind, GuidedPathsOptions, UnknownGuide};
 pub use recorder::FieldRecorder;

@@ -8,6 +8,7 @@ use super::methods::METHODS;
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
+use crate::guided::GuideKind;
 use std::fmt;
 use std::str::FromStr;
 
@@ -74,8 +75,9 @@ impl Method {
 
     /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
     /// is biased, and its frames depend on earlier ones if the cache continues to learn. With
-    /// either of them, with decorrelated reuse, samples of direct light or with reservoirs in cells
-    /// of space, the device does not support it.
+    /// a cache, with decorrelated reuse, samples of direct light or with reservoirs in cells of
+    /// space, the device does not support it; nor with guides, but for paths guided by `cdq` that
+    /// train for some frames only.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
@@ -85,11 +87,12 @@ impl Method {
                 && self.values.direct_samples(0) == 0,
             ..own
         };
-        if self.values.guided_paths().is_some() {
+        if let Some(guided) = self.values.guided_paths() {
             return MethodCapabilities {
                 frames: true,
                 chain: true,
-                device: false,
+                // The device looks guides up that the host has trained.
+                device: own.device && !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame,
                 ..own
             };
         }

@@ -461,6 +461,11 @@ impl MethodValues {
         Some(options)
     }
 
+    /// The frames that train a guide, if told.
+    pub fn guide_training_given(&self) -> Option<u32> {
+        self.get(&GUIDE_TRAINING).filter(|_| self.has(&GUIDE_TRAINING))
+    }
+
     /// Where paths end in a cache, if they do.
     pub fn cache_rule(&self) -> Option<CacheRule> {
         self.get(&CACHE)

@@ -7,6 +7,7 @@
 
 mod bvh_build;
 mod doubles;
+mod guiding;
 mod harness;
 mod lamps;
 mod light_tree;
@@ -15,6 +16,7 @@ mod lightcut;
 mod lighting_grid;
 mod media;
 mod merge;
+mod mixture;
 mod numbers;
 mod phase;
 mod planted;
