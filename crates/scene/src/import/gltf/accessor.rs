@@ -102,8 +102,7 @@ impl Buffers {
     pub(super) fn count(&self, accessor: &gltf::Accessor) -> usize {
         match self.unpacked.get(&accessor.index()) {
             Some(Ok(unpacked)) => unpacked.bytes.len() / unpacked.item_size().max(1),
-            Some(Err(_)) => 0,
-            None => accessor.count(),
+            Some(Err(_)) | None => accessor.count(),
         }
     }
 

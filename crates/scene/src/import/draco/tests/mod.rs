@@ -251,3 +251,39 @@ fn nothing_is_read_beyond_the_budget() {
         assert!(matches!(decode(data, &none), Err(Fault::Budget(_))), "{name}");
     }
 }
+
+/// Numbers below four as the raw scheme stores them, each of probability ¼.
+fn coded(symbols: &[u32]) -> Vec<u8> {
+    const LEAST: u32 = 4 << 12;
+    let (mut state, mut stream) = (LEAST, Vec::new());
+    for symbol in symbols.iter().rev() {
+        while state >= LEAST / 4096 * 256 * 1024 {
+            stream.push(state as u8);
+            state >>= 8;
+        }
+        state = state / 1024 * 4096 + state % 1024 + symbol * 1024;
+    }
+    stream.extend((state - LEAST | 3 << 30).to_le_bytes());
+    // Raw, of two bits, four numbers with their probabilities, the size of what follows.
+    let mut bytes = vec![1, 2, 4];
+    for _ in 0..4 {
+        // 1024 of 4096: six bits, then eight.
+        bytes.extend([1, 16]);
+    }
+    bytes.push(stream.len() as u8);
+    bytes.extend(stream);
+    bytes
+}
+
+/// Triangles as differences of indices, which encoders leave to whoever asks for it. Odd numbers
+/// are negative: 1, 2, 3, then 3, 2, 1.
+#[test]
+fn coded_indices_are_read() {
+    let mut data = b"DRACO\x02\x02\x01\x00\x00\x00".to_vec();
+    data.extend([2, 4, 0]);
+    data.extend(coded(&[2, 2, 2, 0, 3, 3]));
+    data.push(0);
+    let mesh = read(&data);
+    assert_eq!(mesh.triangles, [[1, 2, 3], [3, 2, 1]]);
+    assert_eq!((mesh.point_count, mesh.attributes.len()), (4, 0));
+}
