@@ -1,7 +1,8 @@
 //! Chooses the cluster for a primitive.
 //!
 //! Candidates are the clusters of the subset's primitives near it on the curve. The choice is the
-//! cluster that increases the tree's cost by the surface area heuristic least (Dittebrandt 2025, eq. 8.11),
+//! cluster that increases the tree's cost by the surface area heuristic least (Dittebrandt 2025,
+//! eq. 8.11),
 //!
 //! > `I(p, N_l) = C_T Σ_{N_p} (A(N'_p) − A(N_p)) + C_I (A(N'_l) |N'_l| − A(N_l) |N_l|)`,
 //!

@@ -56,8 +56,8 @@ impl Vertex<'_> {
         }
     }
 
-    /// The direction from which a delta lobe sends light to the viewer, and its factor. `None` in media
-    /// and for other lobes.
+    /// The direction from which a delta lobe sends light to the viewer, and its factor. `None` in
+    /// media and for other lobes.
     pub fn reflected(&self, lobe: u8) -> Option<Reflected> {
         let Self::Surface { point, bsdf, wo, .. } = self else {
             return None;

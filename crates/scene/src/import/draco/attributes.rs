@@ -1,11 +1,13 @@
 //! Values of attributes: integers that predictions were subtracted from, then what they stand for.
 
 use super::bits::{Reader, signed};
-use super::corners::Corners;
-use super::normals::Octahedron;
-use super::order::{self, Order};
-use super::prediction::{self, Wrap};
-use super::{Attribute, Connectivity, Fault, INVALID, Kind, Mesh, Spend, normals, texture_coordinates};
+use super::layout::{Layout, Positions};
+use super::octahedron::Octahedron;
+use super::order;
+use super::undo::Undo;
+use super::{
+    Attribute, Connectivity, Fault, INVALID, Kind, Mesh, Spend, normals, prediction, texture_coordinates,
+};
 use crate::import::limits::LoadResource;
 
 /// What a file says of an attribute.
@@ -24,33 +26,6 @@ enum Storage {
     Integers,
     Quantized,
     Normals,
-}
-
-/// The triangles that a group of attributes belongs to, and the order of its values.
-pub(super) struct Layout<'a> {
-    pub(super) corners: &'a Corners,
-    pub(super) order: Order,
-}
-
-impl Layout<'_> {
-    /// The value at a corner.
-    pub(super) fn value(&self, corner: u32) -> usize {
-        self.order.values[self.corners.vertex(corner) as usize] as usize
-    }
-}
-
-/// Positions as integers, from which other attributes are predicted.
-pub(super) struct Positions {
-    /// By corner.
-    value_of_corner: Vec<u32>,
-    values: Vec<i32>,
-}
-
-impl Positions {
-    pub(super) fn at(&self, corner: u32) -> [i64; 3] {
-        let first = 3 * self.value_of_corner[corner as usize] as usize;
-        std::array::from_fn(|i| i64::from(self.values[first + i]))
-    }
 }
 
 /// Where a group of attributes is stored: number of the attribute data, −1 for positions; whether
@@ -119,11 +94,7 @@ pub(super) fn decode(reader: &mut Reader, connectivity: Connectivity, spend: &Sp
                 && positions.is_none()
                 && let (Portable::Integers(values, _), Some(layout)) = (&values, &layout)
             {
-                let corners = 0..layout.corners.vertex.len() as u32;
-                positions = Some(Positions {
-                    value_of_corner: corners.map(|corner| layout.value(corner) as u32).collect(),
-                    values: values.clone(),
-                });
+                positions = Some(Positions::new(layout, values.clone()));
             }
             integers.push(values);
         }
@@ -196,35 +167,6 @@ enum Portable {
     Bytes(Vec<u8>),
     /// With the components of a value.
     Integers(Vec<i32>, usize),
-}
-
-/// How the difference from a prediction is undone.
-#[derive(Clone, Copy)]
-pub(super) enum Undo {
-    Wrap(Wrap),
-    Octahedron(Octahedron),
-}
-
-impl Undo {
-    pub(super) fn read(reader: &mut Reader, kind: u8) -> Result<Self, Fault> {
-        Ok(match kind {
-            1 => Self::Wrap(Wrap::read(reader)?),
-            3 => Self::Octahedron(Octahedron::read(reader)?),
-            _ => return Err("an unknown transformation of predictions".into()),
-        })
-    }
-
-    /// The value of a prediction and the number that was stored.
-    pub(super) fn apply(&self, predicted: &[i32], stored: &mut [i32]) {
-        match self {
-            Self::Wrap(wrap) => wrap.apply(predicted, stored),
-            Self::Octahedron(octahedron) => {
-                if let (&[s, t], [u, v]) = (predicted, stored) {
-                    [*u, *v] = octahedron.corrected([s, t], [*u, *v]);
-                }
-            }
-        }
-    }
 }
 
 fn portable(

@@ -1,5 +1,5 @@
-//! Triangles as corners: corner `c` belongs to triangle `c / 3`, the edge opposite to it joins it to
-//! the corner across.
+//! Triangles as corners: corner `c` belongs to triangle `c / 3`. The edge opposite to it joins it
+//! to the corner across.
 
 use super::{Fault, INVALID};
 
@@ -13,7 +13,11 @@ pub(super) fn next(corner: u32) -> u32 {
 
 /// The corner before.
 pub(super) fn previous(corner: u32) -> u32 {
-    if corner % 3 == 0 { corner + 2 } else { corner - 1 }
+    if corner.is_multiple_of(3) {
+        corner + 2
+    } else {
+        corner - 1
+    }
 }
 
 /// Corners with their vertices and with those across their opposite edges.

@@ -13,11 +13,15 @@ mod attributes;
 mod bits;
 mod corners;
 mod edgebreaker;
+mod layout;
 mod normals;
+mod octahedron;
 mod order;
 mod prediction;
 mod sequential;
+mod symbol;
 mod texture_coordinates;
+mod undo;
 mod valence;
 
 use super::error::ImportError;

@@ -1,40 +1,9 @@
 //! Predictions by the value before and by parallelograms (Touma and Gotsman 1998).
 
-use super::attributes::{Layout, Undo};
 use super::bits::Reader;
+use super::layout::Layout;
+use super::undo::Undo;
 use super::{Fault, INVALID};
-
-/// Differences from a prediction within bounds, so that a sum beyond them comes back on the other
-/// side.
-#[derive(Clone, Copy)]
-pub(super) struct Wrap {
-    least: i32,
-    most: i32,
-    /// Values from the least to the greatest.
-    range: i32,
-}
-
-impl Wrap {
-    pub(super) fn read(reader: &mut Reader) -> Result<Self, Fault> {
-        let (least, most) = (reader.i32()?, reader.i32()?);
-        let range = most.checked_sub(least).and_then(|range| range.checked_add(1));
-        let range = range.filter(|&range| range > 0).ok_or(INVALID)?;
-        Ok(Self { least, most, range })
-    }
-
-    pub(super) fn apply(self, predicted: &[i32], stored: &mut [i32]) {
-        for (stored, &predicted) in stored.iter_mut().zip(predicted) {
-            let sum = predicted.clamp(self.least, self.most).wrapping_add(*stored);
-            *stored = if sum > self.most {
-                sum.wrapping_sub(self.range)
-            } else if sum < self.least {
-                sum.wrapping_add(self.range)
-            } else {
-                sum
-            };
-        }
-    }
-}
 
 /// Undoes the difference of a value from another one before it.
 fn undo_from(values: &mut [i32], width: usize, from: Option<usize>, to: usize, undo: Undo) {

@@ -1,9 +1,10 @@
 //! Texture coordinates predicted by the shape of the triangle: as far along an edge and as far from
 //! it as the corner is in space.
 
-use super::attributes::{Layout, Positions, Undo};
 use super::bits::Reader;
 use super::corners::{next, previous};
+use super::layout::{Layout, Positions};
+use super::undo::Undo;
 use super::{Fault, INVALID};
 
 /// Coordinates from differences to what is predicted; a bit each says on which side of the edge the

@@ -2,7 +2,7 @@
 
 use super::bits::Reader;
 use super::corners::{Corners, next, previous};
-use super::edgebreaker::Symbol;
+use super::symbol::Symbol;
 use super::{Fault, INVALID, Spend};
 
 /// Valences have a list of symbols each, smaller ones share the first, greater ones the last.

@@ -2,16 +2,17 @@
 //!
 //! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
 //! metallic-roughness materials with factors, textures, normal maps, alpha and vertex colours, the
-//! first perspective camera, and of the extensions `KHR_draco_mesh_compression`, `KHR_lights_punctual`,
-//! `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
-//! `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`, `KHR_materials_specular`,
-//! `KHR_materials_transmission`, `KHR_materials_unlit`, `KHR_materials_volume` (what transmits all
-//! light and has a thickness refracts, and absorbs at its boundaries what the thickness would),
-//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_mesh_gpu_instancing`,
-//! `EXT_meshopt_compression` and `EXT_texture_webp`; of `KHR_materials_variants` the material that
-//! a primitive has without a choice. Skins and morph targets have the pose and the weights that
-//! the file gives its nodes. What is left out (animations, other extensions whether required or
-//! not, images that cannot be found) is a warning.
+//! first perspective camera, and of the extensions `KHR_draco_mesh_compression`,
+//! `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`,
+//! `KHR_materials_ior`, `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`,
+//! `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+//! `KHR_materials_volume` (what transmits all light and has a thickness refracts, and absorbs at
+//! its boundaries what the thickness would), `KHR_mesh_quantization`, `KHR_texture_transform`,
+//! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression` and `EXT_texture_webp`; of
+//! `KHR_materials_variants` the material that a primitive has without a choice. Skins and morph
+//! targets have the pose and the weights that the file gives its nodes. What is left out
+//! (animations, other extensions whether required or not, images that cannot be found) is a
+//! warning.
 //!
 //! Textures of emission become emission that is constant over each triangle, where triangles are
 //! split until it hardly varies. An unlit material emits its colour and scatters nothing.

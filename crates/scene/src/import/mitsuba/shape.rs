@@ -163,7 +163,7 @@ impl<'a> Importer<'a> {
         let [group] = groups[..] else {
             return Err(node.malformed("an instance needs one shape group"));
         };
-        self.finish(&properties);
+        self.finish(properties);
         let group = match group.tag.as_str() {
             "ref" => self.target(group, "shape")?,
             _ => group,

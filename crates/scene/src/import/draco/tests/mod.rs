@@ -263,7 +263,7 @@ fn coded(symbols: &[u32]) -> Vec<u8> {
         }
         state = state / 1024 * 4096 + state % 1024 + symbol * 1024;
     }
-    stream.extend((state - LEAST | 3 << 30).to_le_bytes());
+    stream.extend(((state - LEAST) | (3 << 30)).to_le_bytes());
     // Raw, of two bits, four numbers with their probabilities, the size of what follows.
     let mut bytes = vec![1, 2, 4];
     for _ in 0..4 {
