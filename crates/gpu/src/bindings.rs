@@ -164,6 +164,16 @@ bindings!(
 );
 
 bindings!(
+    /// Of Markov chain mixtures.
+    MixtureBindings, 2, 0,
+    settings: Read,
+    image: Write,
+    states_before: Read,
+    states: Write,
+    mixture: Read,
+);
+
+bindings!(
     /// Of methods that reuse among pixels and frames.
     ReuseBindings, 2, 0,
     settings: Read,

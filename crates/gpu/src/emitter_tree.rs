@@ -11,26 +11,26 @@ use lightshed_lights::Curve;
 pub(crate) struct TreeShape {
     lights: u32,
     depth: u32,
-    /// Levels per traversal step.
+    /// Levels that a step goes down.
     stride: u32,
-    /// How distance affects a node's weight; the numbers are defined in the module.
+    /// How distance enters a node's weight, by the module's numbers.
     weighting: u32,
 }
 
 const _: () = assert!(size_of::<TreeShape>() == 16);
 
-/// The values of `PerfectTreeOptions::default`.
+/// As `PerfectTreeOptions::default` has them.
 const STRIDE: u32 = 3;
 const MIN_MAX: u32 = 1;
 
 /// The emitting triangles of a scene in a perfect light tree that the device builds.
 pub(crate) struct EmitterTree {
     pub tree: GpuLightTree,
-    /// Whether any triangle emits. Without one the tree is not used.
+    /// Whether any of them shines; otherwise the tree is useless.
     pub shines: bool,
-    /// Run times of the build's dispatches.
+    /// How long each dispatch of the building ran.
     pub build_times: Vec<PassTime>,
-    /// The builder and its inputs.
+    /// What it is built by and of.
     source: Option<(LightTreeBuilder, Buffer)>,
 }
 
@@ -52,7 +52,7 @@ impl EmitterTree {
         Ok(built)
     }
 
-    /// An empty tree, to bind where none is used.
+    /// Memory in place of a tree that is not used.
     pub fn unused(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             tree: GpuLightTree::new(gpu, 1, Curve::Hilbert)?,
@@ -62,7 +62,7 @@ impl EmitterTree {
         })
     }
 
-    /// Records the commands that build the same tree again.
+    /// Records the building of the tree, the same as it was.
     pub fn rebuild(&self, work: &mut Work) {
         if let Some((builder, records)) = &self.source
             && self.shines
@@ -71,7 +71,7 @@ impl EmitterTree {
         }
     }
 
-    /// The parameters that shaders read.
+    /// What shaders are told of it.
     pub fn shape(&self) -> TreeShape {
         TreeShape {
             lights: self.tree.lights(),

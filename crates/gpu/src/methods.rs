@@ -1,9 +1,10 @@
 //! The registry's methods on the device.
 
 use crate::guided::check_guide;
+use crate::mixture::check_sets;
 use crate::{
-    Gpu, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi,
-    GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    Gpu, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture, GpuPathTracer,
+    GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{
     GuidedPathsOptions, LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions,
@@ -25,7 +26,7 @@ type Started<'b> = Result<Box<dyn GpuMethod + Send + 'b>, GpuError>;
 type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by_tree: bool) -> Started<'b>;
 
 /// The registry's list of methods on the device.
-const ON_DEVICE: [(&str, StartOnDevice); 8] = [
+const ON_DEVICE: [(&str, StartOnDevice); 9] = [
     ("path", |stage, _| match stage.values.guided_paths() {
         Some(options) => {
             let training = stage.values.guide_training_given();
@@ -68,6 +69,10 @@ const ON_DEVICE: [(&str, StartOnDevice); 8] = [
     ("lightcuts", |stage, _| {
         let options = stage.values.lightcut_options();
         Ok(Box::new(GpuLightcuts::new(stage.gpu, &stage.on_device, options)?))
+    }),
+    ("mcmm", |stage, _| {
+        let options = stage.values.mixture_options();
+        Ok(Box::new(GpuMixture::new(stage.gpu, &stage.on_device, options)?))
     }),
     ("restir-di", |stage, by_tree| {
         let settings = RestirDiSettings::UNBIASED;
@@ -127,6 +132,9 @@ impl<'a> GpuStage<'a> {
                 return Err(GpuError::Settings(message.into()));
             }
             check_guide(&options)?;
+        }
+        if method.name() == "mcmm" {
+            check_sets(&method.values().mixture_options())?;
         }
         if !method.capabilities().device {
             let message = format!("the device does not have {method}");

@@ -11,6 +11,8 @@ pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("../generated/light_tree_
 pub(crate) const LIGHTCUTS: &str = include_str!("../generated/lightcuts.wgsl");
 /// Building lighting grids.
 pub(crate) const LIGHTING_GRID_BUILD: &str = include_str!("../generated/lighting_grid_build.wgsl");
+/// Light by Markov chain mixtures.
+pub(crate) const MIXTURE: &str = include_str!("../generated/mixture.wgsl");
 /// Path tracing by wavefronts.
 pub(crate) const PATH: &str = include_str!("../generated/path.wgsl");
 /// Sorting by codes.

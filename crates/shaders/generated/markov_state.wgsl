@@ -24,6 +24,15 @@ struct MarkovOptions {
     padding: u32
 }
 
+struct TargetLobe {
+    place: vec3f,
+    concentration: f32,
+    peak: f32,
+    span: f32,
+    tilt: f32,
+    padding: u32
+}
+
 struct MarkovChain {
     state: MarkovState,
     kept: MarkovState
@@ -49,18 +58,30 @@ fn with_score(state: MarkovState, score: f32) -> MarkovState {
     return scored;
 }
 
-fn markov_lobe(state: MarkovState, from_point: vec3f, normal: vec3f, options: MarkovOptions) -> package_lightshed_vmf_VmfLobe {
+fn markov_target(state: MarkovState, options: MarkovOptions) -> TargetLobe {
+    if !is_valid_state(state) {
+        return TargetLobe(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0u);
+    }
     let squared = f32(state.count) * f32(state.count);
     let count = squared + options.prior_count;
-    let r = (squared * state.mean_cosine + options.prior_count * options.prior_cosine) / count;
+    let known = squared * state.mean_cosine;
+    let r = (known + options.prior_count * options.prior_cosine) / count;
     let gap = (squared * (1.0 - state.mean_cosine) + options.prior_count * (1.0 - options.prior_cosine)) / count;
-    let towards = package_lightshed_vector__1normalized_or(state.mean_place - from_point, normal);
-    var mean = towards;
+    var tilt = 0.0;
     if options.prior_normal > 0.0 {
-        let tilt = options.prior_normal / (squared * state.mean_cosine + options.prior_normal);
-        mean = package_lightshed_vector__1normalized_or(towards * (1.0 - tilt) + normal * tilt, towards);
+        tilt = options.prior_normal / (known + options.prior_normal);
     }
-    return package_lightshed_vmf__1vmf_lobe(mean, package_lightshed_vmf__1vmf_concentration(r, gap));
+    let lobe = package_lightshed_vmf__1vmf_lobe(vec3f(0.0), package_lightshed_vmf__1vmf_concentration(r, gap));
+    return TargetLobe(state.mean_place, lobe.concentration, lobe.peak, lobe.span, tilt, 0u);
+}
+
+fn target_lobe_at(lobe: TargetLobe, from_point: vec3f, normal: vec3f) -> package_lightshed_vmf_VmfLobe {
+    let towards = package_lightshed_vector__1normalized_or(lobe.place - from_point, normal);
+    var mean = towards;
+    if lobe.tilt > 0.0 {
+        mean = package_lightshed_vector__1normalized_or(towards * (1.0 - lobe.tilt) + normal * lobe.tilt, towards);
+    }
+    return package_lightshed_vmf_VmfLobe(mean, lobe.concentration, lobe.peak, lobe.span);
 }
 
 fn is_finite3(v: vec3f) -> bool {

@@ -1,20 +1,19 @@
-//! Chooses the cluster for a primitive.
+//! Into which cluster a primitive goes.
 //!
-//! Candidates are the clusters of the subset's primitives near it on the curve. The choice is the
-//! cluster that increases the tree's cost by the surface area heuristic least (Dittebrandt 2025,
-//! eq. 8.11),
+//! Candidates are the clusters of the subset's primitives around it on the curve. It goes where the
+//! tree's cost by the surface area heuristic grows least (Dittebrandt 2025, eq. 8.11),
 //!
 //! > `I(p, N_l) = C_T Σ_{N_p} (A(N'_p) − A(N_p)) + C_I (A(N'_l) |N'_l| − A(N_l) |N_l|)`,
 //!
 //! the sum over the ancestors of the cluster. Growth at the clusters themselves is computed for
-//! eight candidates at a time; the ancestors of a candidate are visited only while it can
-//! still be the best (Algorithm 7).
+//! eight candidates at a time; a candidate's ancestors are looked at only as long as it can still
+//! be the best (Algorithm 7).
 
 use crate::item::BoxItem;
 use crate::node::Node;
 use lightshed_lanes::{LANES, LaneMask, Lanes};
 
-/// Stands for the parent of the root.
+/// No ancestor.
 const NONE: u32 = u32::MAX;
 
 /// The upper tree as an insertion sees it.
@@ -77,7 +76,8 @@ impl Clusters {
         }
     }
 
-    /// The cost increase at a cluster and its ancestors. Stops when it reaches `limit`.
+    /// Growth at the ancestors of a cluster, added to the growth at the cluster itself, as long as
+    /// it is less than `limit`.
     #[inline(always)]
     fn cost_above(&self, item: &BoxItem, cluster: u32, at_leaf: f32, limit: f32) -> f32 {
         let mut cost = at_leaf;
@@ -86,7 +86,7 @@ impl Clusters {
             node = self.nodes[node as usize].index();
             let own = &self.nodes[node as usize];
             let union = item.union(own);
-            // All further ancestors contain the item, too.
+            // What contains the item is contained in boxes that do.
             if union.has_box_of(own) {
                 break;
             }
@@ -114,7 +114,7 @@ impl Clusters {
             };
             let values = costs.store();
             while left != 0 {
-                // The candidate with the least cost so far is the most likely choice.
+                // The one that costs least so far is the likeliest.
                 let value = costs.least_of(left);
                 if value.first() > best_cost {
                     break;

@@ -194,22 +194,31 @@ fn guided_means_are_those_of_plain_paths() {
     }
 }
 
-/// Other guides are refused by name, and `cdq` is not.
+/// Other guides and other sets of mixtures are refused by name, and those that are known are not.
 #[test]
-fn guides_are_taken_or_refused() {
+fn options_are_taken_or_refused() {
     let Some(gpu) = gpu() else { return };
     let scene = sized(builtin::cornell());
     let started = |text: &str| {
         let method: Method = text.parse().expect("it is a method");
         GpuStage::new(gpu, &scene, &method).map(|stage| stage.start().map(|_| ()))
     };
-    assert!(matches!(started("path:cdq:guide-training=2"), Ok(Ok(()))));
+    for text in [
+        "path:cdq:guide-training=2",
+        "mcmm",
+        "mcmm:smis-size=8:smis-emitters",
+    ] {
+        assert!(matches!(started(text), Ok(Ok(()))), "{text}");
+    }
     for (text, why) in [
         ("path:vmf", "cdq alone"),
         ("path:mcmm", "cdq alone"),
         ("path:cdq:guide-always", "trains before"),
         ("volpath:cdq", "guides path alone"),
         ("path:cdq:sobol", "independent"),
+        ("mcmm:temporal", "spatial sets"),
+        ("mcmm:smis-steps=2", "one step"),
+        ("mcmm:bvh", "by tree"),
     ] {
         match started(text) {
             Err(GpuError::Settings(found)) => assert!(found.contains(why), "{text}: {found}"),
@@ -217,6 +226,7 @@ fn guides_are_taken_or_refused() {
             Ok(_) => panic!("{text} is taken"),
         }
         let method: Method = text.parse().expect("it is a method");
-        assert_eq!(method.capabilities().device, why == "independent", "{text}");
+        let by_stage = ["independent", "by tree"].contains(&why);
+        assert_eq!(method.capabilities().device, by_stage, "{text}");
     }
 }

@@ -7,19 +7,20 @@ use crate::bindings::{FilterBindings, Table};
 use crate::buffer::Access;
 use crate::programs::{linked_name, overrides};
 use crate::{
-    bvh, direct, light_tree, lightcuts, lighting_grid, path_tracer, radix_sort, restir_di, restir_pt,
-    restir_volume, volpath, vpl_grid,
+    bvh, direct, light_tree, lightcuts, lighting_grid, mixture, path_tracer, radix_sort, restir_di,
+    restir_pt, restir_volume, volpath, vpl_grid,
 };
 use lightshed_shaders::Linker;
 use std::path::{Path, PathBuf};
 
 /// Programs, and what they bind.
-const PROGRAMS: [(&str, &[Table]); 13] = [
+const PROGRAMS: [(&str, &[Table]); 14] = [
     ("bvh_build", &bvh::TABLES),
     ("direct", &direct::TABLES),
     ("light_tree_build", &light_tree::TABLES),
     ("lightcuts", &lightcuts::TABLES),
     ("lighting_grid_build", &lighting_grid::TABLES),
+    ("mixture", &mixture::TABLES),
     ("path", &path_tracer::TABLES),
     ("radix_sort", &radix_sort::TABLES),
     ("restir_di", &restir_di::TABLES),
@@ -263,6 +264,8 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("volpath", "package_lightshed_tracking_Medium", 64),
         ("volpath", "package_memory_medium_MediumSettings", 144),
         ("path", "package_lightshed__1guiding_field_GuidingField", 48),
+        ("mixture", "Mixture", 80),
+        ("mixture", "package_lightshed__1markov_state_MarkovState", 32),
         ("radix_sort", "Pass", 16),
     ] {
         if of == program {

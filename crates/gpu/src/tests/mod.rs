@@ -6,5 +6,5 @@ mod guided;
 mod linked;
 mod parity;
 mod path_parity;
-mod paths;
+pub(crate) mod paths;
 pub(crate) mod support;

@@ -2,8 +2,8 @@
 
 use crate::tests::support::gpu;
 use crate::{
-    Gpu, GpuDirectLight, GpuError, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene,
-    GpuVolumePathTracer, GpuVplGrid,
+    Gpu, GpuDirectLight, GpuError, GpuMixture, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume,
+    GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_film::PixelEstimator;
 use lightshed_integrator::PathTracer;
@@ -298,6 +298,7 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(GpuPathTracer::BYTES_PER_PIXEL, 200);
     assert_eq!(GpuDirectLight::BYTES_PER_PIXEL, 16);
     assert_eq!(GpuVolumePathTracer::BYTES_PER_PIXEL, 16);
+    assert_eq!(GpuMixture::BYTES_PER_PIXEL, 80);
     assert_eq!(GpuRestirDi::BYTES_PER_PIXEL, 176);
     assert_eq!(GpuRestirPt::BYTES_PER_PIXEL, 208);
     assert_eq!(GpuRestirVolume::BYTES_PER_PIXEL, 176);

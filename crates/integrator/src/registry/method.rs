@@ -77,13 +77,14 @@ impl Method {
     /// is biased, and its frames depend on earlier ones if the cache continues to learn. With
     /// a cache, with decorrelated reuse, samples of direct light or with reservoirs in cells of
     /// space, the device does not support it; nor with guides, but for paths guided by `cdq` that
-    /// train for some frames only.
+    /// train for some frames only. Of Markov chain mixtures it has spatial sets of one step.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
             device: own.device
                 && !self.values.is_decorrelated()
                 && self.values.world_reuse().is_none()
+                && self.values.has_spatial_step()
                 && self.values.direct_samples(0) == 0,
             ..own
         };

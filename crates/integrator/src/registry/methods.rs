@@ -157,6 +157,7 @@ pub static METHODS: &[MethodEntry] = &[
                direct light unless longer paths are asked for",
         capabilities: MethodCapabilities {
             depth: PathDepth::Bounded { least: 2, default: 2 },
+            device: true,
             ..MethodCapabilities::CHAIN
         },
         options: &[

@@ -580,6 +580,13 @@ impl MethodValues {
         options
     }
 
+    /// Whether Markov chain mixtures have spatial sets of one step a frame, as they do if nothing
+    /// else is told.
+    pub(super) fn has_spatial_step(&self) -> bool {
+        let options = self.mixture_options();
+        options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1
+    }
+
     /// Virtual point lights of a scene: as many bounces as its longest path has room for.
     pub fn vpl_options(&self, scene: &Scene) -> VplOptions {
         let default = VplOptions::default();

@@ -266,7 +266,7 @@ const CHAIN: &str = "
     );
     for (var k = 16u; k < 21u; k++) { put(k, 0u); }
     if is_valid_state(chain.state) {
-        let lobe = markov_lobe(chain.state, point, normal, options);
+        let lobe = target_lobe_at(markov_target(chain.state, options), point, normal);
         put_3(16u, lobe.mean); put_f(19u, lobe.concentration); put_f(20u, vmf_pdf(lobe, lobe.mean));
     }
     for (var step = 0u; step < 3u; step++) {
@@ -301,7 +301,7 @@ fn chains() {
         ..Shader::new(
             "import package::host::{put_state, the_options};
              import package::lightshed::markov_state::{Finding, MarkovChain, MarkovState, is_valid_state, markov_advance,
-                 markov_finish, markov_lobe, no_state};
+                 markov_finish, markov_target, no_state, target_lobe_at};
              import package::lightshed::vmf::vmf_pdf;",
             CHAIN,
         )

@@ -174,9 +174,12 @@ impl Importer<'_> {
                 );
                 Material::Null
             }
-            _ => self.bsdf_instead(&properties)?,
+            _ => match self.bsdf_instead(&properties)? {
+                Some(material) => material,
+                None => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
+            },
         };
-        self.finish(&properties);
+        properties.finish()?;
         Ok(material)
     }
 

@@ -57,14 +57,16 @@ impl Importer<'_> {
             },
             "envmap" => self.environment(&properties)?,
             "area" => return Err(node.malformed("an area emitter belongs into a shape")),
-            _ => {
-                return self
-                    .emitters_instead(&properties)?
+            kind => {
+                let Some(others) = self.emitters_instead(&properties)? else {
+                    return Err(node.unsupported(format!("the emitter `{kind}` is not supported")));
+                };
+                return others
                     .into_iter()
                     .try_for_each(|emitter| self.add_emitter(node, emitter));
             }
         };
-        self.finish(&properties);
+        properties.finish()?;
         self.add_emitter(node, emitter)
     }
 
@@ -123,7 +125,7 @@ impl Importer<'_> {
         } else {
             (properties.color("radiance")?.unwrap_or(Rgb::ONE), None)
         };
-        self.finish(&properties);
+        properties.finish()?;
         Ok(radiance)
     }
 }

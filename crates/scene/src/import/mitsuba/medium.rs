@@ -87,7 +87,7 @@ impl Importer<'_> {
             [one] => self.phase(one, true)?,
             [_, second, ..] => return Err(second.malformed("a second <phase>")),
         };
-        self.finish(&properties);
+        properties.finish()?;
         let name = match node.attribute("id") {
             Some(id) => id.to_owned(),
             None => format!("{kind} {}", self.description.media.len()),
@@ -139,16 +139,15 @@ impl Importer<'_> {
                     share,
                 }
             }
-            kind => {
-                self.warn(
-                    node,
-                    format!("the phase function `{kind}` is not supported: isotropic"),
-                );
+            "blendphase" => return Err(node.unsupported("a `blendphase` within another is not supported")),
+            kind @ ("sggx" | "tabphase" | "tabphase_polarized") => {
+                self.warn(node, format!("the phase function `{kind}` is isotropic"));
                 properties.all(|_| true);
                 PhaseDescription::Isotropic
             }
+            kind => return Err(node.unsupported(format!("the phase function `{kind}` is not supported"))),
         };
-        self.finish(&properties);
+        properties.finish()?;
         Ok(phase)
     }
 
@@ -194,7 +193,7 @@ impl Importer<'_> {
             "gridvolume" => self.grid(&properties, matches!(name, "albedo" | "volume"))?,
             kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
         };
-        self.finish(&properties);
+        properties.finish()?;
         Ok(Some(volume))
     }
 

@@ -23,17 +23,23 @@ impl<'a> Importer<'a> {
                 [] => Err(node.malformed("a batch without sensors")),
             };
         }
-        if !matches!(
+        if matches!(
             kind,
-            "perspective" | "thinlens" | "orthographic" | "radiancemeter"
+            "irradiancemeter" | "mradiancemeter" | "distant" | "distantflux"
         ) {
             self.warn(
                 node,
-                format!("the sensor `{kind}` is not supported: the camera looks at the whole scene"),
+                format!("`{kind}` is not supported: the camera looks at the whole scene"),
             );
             self.film(&properties)?;
             properties.all(|_| true);
             return Ok(false);
+        }
+        if !matches!(
+            kind,
+            "perspective" | "thinlens" | "orthographic" | "radiancemeter"
+        ) {
+            return Err(node.unsupported(format!("the sensor `{kind}` is not supported")));
         }
         // Nothing moves, so the shutter changes nothing.
         properties.ignore(&["shutter_open", "shutter_close"]);
@@ -97,7 +103,7 @@ impl<'a> Importer<'a> {
             let clip = [near_clip, far_clip].map(|distance| f64::from(distance) * along);
             self.description.camera = fit::orthographic(&to_world, half_width, clip);
             self.warn(node, fit::ORTHOGRAPHIC);
-            self.finish(&properties);
+            properties.finish()?;
             return Ok(true);
         }
         if kind == "radiancemeter" {
@@ -112,7 +118,7 @@ impl<'a> Importer<'a> {
                 near_clip: 0.0,
                 far_clip: f32::INFINITY,
             };
-            self.finish(&properties);
+            properties.finish()?;
             return Ok(true);
         }
         let fov_x = field_of_view(&properties, aspect)?;
@@ -127,7 +133,7 @@ impl<'a> Importer<'a> {
             near_clip,
             far_clip,
         };
-        self.finish(&properties);
+        properties.finish()?;
         Ok(true)
     }
 
@@ -148,10 +154,7 @@ impl<'a> Importer<'a> {
             );
             properties.all(|child| child.tag == "spectrum");
         } else if kind != "hdrfilm" {
-            self.warn(
-                node,
-                format!("the film `{kind}` is not supported: `hdrfilm` is taken"),
-            );
+            return Err(node.unsupported(format!("the film `{kind}` is not supported")));
         }
         properties.ignore(&[
             "pixel_format",
@@ -187,8 +190,7 @@ impl<'a> Importer<'a> {
                 }
             }
         }
-        self.finish(&properties);
-        Ok(())
+        properties.finish()
     }
 
     /// The one child of that tag, or the one that a `ref` among the children refers to, if any.
@@ -216,15 +218,11 @@ impl<'a> Importer<'a> {
             kind,
             "independent" | "stratified" | "multijitter" | "orthogonal" | "ldsampler"
         ) {
-            self.warn(
-                node,
-                format!("the sampler `{kind}` is not supported: another is taken"),
-            );
+            return Err(node.unsupported(format!("the sampler `{kind}` is not supported")));
         }
         properties.ignore(&["seed", "jitter", "strength"]);
         self.description.settings.samples_per_pixel = properties.count("sample_count")?.unwrap_or(4);
-        self.finish(&properties);
-        Ok(())
+        properties.finish()
     }
 
     pub(super) fn integrator(&mut self, node: &Node) -> Result<(), ImportError> {
@@ -235,7 +233,7 @@ impl<'a> Importer<'a> {
             // Of what these write, the image is that of the integrator within.
             properties.ignore(&["aovs"]);
             let within = only(&properties, "integrator")?;
-            self.finish(&properties);
+            properties.finish()?;
             return within.map_or(Ok(()), |within| self.wrapped_integrator(within));
         }
         self.wrapped_integrator(node)
@@ -267,12 +265,7 @@ impl<'a> Importer<'a> {
                 | "direct_projective"
                 | "ptracer"
         ) {
-            self.warn(
-                node,
-                format!("the integrator `{kind}` is not supported: paths are traced"),
-            );
-            properties.all(|_| true);
-            return Ok(());
+            return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
         }
         if properties.boolean("hide_emitters")? == Some(true) {
             self.warn(node, "`hide_emitters` is not supported: emitters are seen");
@@ -302,8 +295,7 @@ impl<'a> Importer<'a> {
             };
             settings.roulette_depth = properties.count("rr_depth")?.unwrap_or(5);
         }
-        self.finish(&properties);
-        Ok(())
+        properties.finish()
     }
 }
 

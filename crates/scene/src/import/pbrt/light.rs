@@ -126,13 +126,7 @@ impl Importer<'_> {
                 },
                 Some(file) => self.sky(parameters, file)?,
             },
-            _ => {
-                self.warn(
-                    parameters,
-                    format!("the light `{kind}` is not supported: left out"),
-                );
-                return Ok(());
-            }
+            _ => return Err(parameters.unsupported(format!("the light `{kind}` is not supported"))),
         };
         self.warn_left_over(parameters);
         let surrounds = |emitter: &EmitterDescription| {

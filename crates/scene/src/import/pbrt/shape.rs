@@ -292,13 +292,7 @@ impl Importer<'_> {
                 self.warn(parameters, "curves are left out");
                 return Ok(None);
             }
-            _ => {
-                self.warn(
-                    parameters,
-                    format!("the shape `{kind}` is not supported: left out"),
-                );
-                return Ok(None);
-            }
+            _ => return Err(parameters.unsupported(format!("the shape `{kind}` is not supported"))),
         }))
     }
 

@@ -1,0 +1,2434 @@
+// Linked from mixture.wesl.
+
+struct Mixture {
+    chains: package_lightshed__1markov_state_MarkovOptions,
+    frame: u32,
+    places: u32,
+    across: u32,
+    neighbours: u32,
+    window: f32,
+    defensive: f32,
+    far: f32,
+    by_emitters: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    padding3: u32
+}
+
+@group(2) @binding(1)
+var<storage, read_write> image: array<vec4f>;
+
+@group(2) @binding(2)
+var<storage, read> states_before: array<package_lightshed__1markov_state_MarkovState>;
+
+@group(2) @binding(3)
+var<storage, read_write> states: array<package_lightshed__1markov_state_MarkovState>;
+
+@group(2) @binding(4)
+var<storage, read> mixture: Mixture;
+
+const MOST: u32 = 32u;
+
+const PERMUTATION_WORDS: u32 = 1073741824u;
+
+var<workgroup> given: array<package_lightshed__1markov_state_MarkovState, 32>;
+
+var<workgroup> places: array<u32, 32>;
+
+var<workgroup> lobes: array<package_lightshed__1markov_state_TargetLobe, 32>;
+
+struct Incident {
+    met: vec3f,
+    rest: vec3f,
+    distance: f32
+}
+
+fn is_black(v: vec3f) -> bool {
+    return all(v == vec3f(0.0));
+}
+
+fn point_of(hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    return package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit);
+}
+
+fn emission_at(ray: package_lightshed_ray_Ray, hit: package_lightshed_ray_Hit) -> vec3f {
+    if hit.primitive == package_lightshed_ray_NOTHING {
+        if package_memory_scene__1HAS_SURROUNDINGS {
+            return package_lightshed_emitter__1surroundings_radiance(ray.direction);
+        }
+        return vec3f(0.0);
+    }
+    let point = point_of(hit);
+    if package_memory_scene__1HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
+        return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
+    }
+    return vec3f(0.0);
+}
+
+fn emission_pdf(ray: package_lightshed_ray_Ray, hit: package_lightshed_ray_Hit, position: vec3f) -> f32 {
+    if hit.primitive == package_lightshed_ray_NOTHING {
+        return package_lightshed_emitter__1surroundings_pdf(ray.direction);
+    }
+    let point = point_of(hit);
+    return package_lightshed_emitter__1emitter_pdf(point.emitter, position, point.position);
+}
+
+fn scattered_light(start: package_lightshed_ray_Ray, first: package_lightshed_ray_Hit, edges: u32, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    var ray = start;
+    var hit = first;
+    var throughput = vec3f(1.0);
+    var radiance = vec3f(0.0);
+    var eta_squared = 1.0;
+    for (var depth = edges; depth < package_memory_scene_settings.max_depth; depth++) {
+        let point = point_of(hit);
+        let wo = package_lightshed_frame__1to_local(point.shading, -ray.direction);
+        if (package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) && package_lightshed_bsdf__2has_non_delta(point.material) {
+            let select_words = vec2u(package_lightshed_stream__1next_word(stream), package_lightshed_stream__1next_word(stream));
+            let u = vec2f(package_lightshed_stream__1next_number(stream), package_lightshed_stream__1next_number(stream));
+            let light = package_lightshed_emitter__1sample_emitter(point.position, select_words, u);
+            if light.pdf > 0.0 {
+                let found = package_lightshed_bsdf__1evaluate_bsdf(point.material, wo, package_lightshed_frame__1to_local(point.shading, light.direction));
+                let arriving = found.value * light.weight * package_lightshed_measure__1power_heuristic(light.pdf, found.pdf);
+                if !is_black(arriving) && !package_lightshed_cwbvh_occluded(package_lightshed_emitter__1shadow_ray(point, light)) {
+                    radiance += throughput * arriving;
+                }
+            }
+        }
+        let u_lobe = package_lightshed_stream__1next_number(stream);
+        let u = vec2f(package_lightshed_stream__1next_number(stream), package_lightshed_stream__1next_number(stream));
+        let drawn = package_lightshed_bsdf__1sample_bsdf(point.material, wo, u_lobe, u);
+        if !drawn.some {
+            break;
+        }
+        throughput *= drawn.weight;
+        eta_squared *= drawn.eta * drawn.eta;
+        if depth >= package_memory_scene_settings.roulette_depth {
+            let survival = min(package_lightshed_vector__1max_element(throughput) * eta_squared, package_lightshed__1path_walk__1SURVIVAL_CAP);
+            if !(package_lightshed_stream__1next_number(stream) < survival) {
+                break;
+            }
+            throughput = throughput / survival;
+        }
+        if is_black(throughput) {
+            break;
+        }
+        ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, drawn.wi));
+        hit = package_lightshed_cwbvh_intersect(ray);
+        let emitted = emission_at(ray, hit);
+        if !is_black(emitted) {
+            var weight = 1.0;
+            if !drawn.is_delta {
+                weight = package_lightshed_measure__1power_heuristic(drawn.pdf, emission_pdf(ray, hit, point.position));
+            }
+            radiance += throughput * (emitted * weight);
+        }
+        if hit.primitive == package_lightshed_ray_NOTHING {
+            break;
+        }
+    }
+    return radiance;
+}
+
+fn follow(start: package_lightshed_ray_Ray, first: package_lightshed_ray_Hit, stream: ptr<function, package_lightshed_stream_Stream>) -> Incident {
+    var ray = start;
+    var hit = first;
+    var incident = Incident(emission_at(ray, hit), vec3f(0.0), 0.0);
+    var throughput = vec3f(1.0);
+    var eta_squared = 1.0;
+    var so_far = 0.0;
+    var scale = 1.0;
+    var length = mixture.far;
+    for (var edges = 2u; ; edges++) {
+        length = mixture.far;
+        if hit.primitive != package_lightshed_ray_NOTHING {
+            length = min(hit.t, mixture.far);
+        }
+        if hit.primitive == package_lightshed_ray_NOTHING || edges >= package_memory_scene_settings.max_depth {
+            break;
+        }
+        let point = point_of(hit);
+        if package_lightshed_bsdf__2has_non_delta(point.material) {
+            incident.rest += throughput * scattered_light(ray, hit, edges, stream);
+            break;
+        }
+        let wo = package_lightshed_frame__1to_local(point.shading, -ray.direction);
+        let u_lobe = package_lightshed_stream__1next_number(stream);
+        let u = vec2f(package_lightshed_stream__1next_number(stream), package_lightshed_stream__1next_number(stream));
+        let drawn = package_lightshed_bsdf__1sample_bsdf(point.material, wo, u_lobe, u);
+        if !drawn.some {
+            break;
+        }
+        throughput *= drawn.weight;
+        eta_squared *= drawn.eta * drawn.eta;
+        if edges >= package_memory_scene_settings.roulette_depth {
+            let survival = min(package_lightshed_vector__1max_element(throughput) * eta_squared, package_lightshed__1path_walk__1SURVIVAL_CAP);
+            if !(package_lightshed_stream__1next_number(stream) < survival) {
+                break;
+            }
+            throughput = throughput / survival;
+        }
+        if is_black(throughput) {
+            break;
+        }
+        so_far += scale * length;
+        let ratio = abs(wo.z) / (drawn.eta * abs(drawn.wi.z));
+        if ratio > 0.0 && ratio < 1000.0 {
+            scale *= ratio;
+        }
+        ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, drawn.wi));
+        hit = package_lightshed_cwbvh_intersect(ray);
+        incident.rest += throughput * emission_at(ray, hit);
+    }
+    incident.distance = min(so_far + scale * length, mixture.far);
+    return incident;
+}
+
+fn discover(pixel: u32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed__1markov_state_MarkovState {
+    let size = package_memory_scene_settings.camera.size;
+    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
+    var state = states_before[pixel];
+    var sum = state.score;
+    for (var k = 0u; k < mixture.neighbours; k++) {
+        var offset = vec2f(0.0);
+        for (var i = 0u; i < 6u; i++) {
+            let word = package_lightshed_stream__1next_word(stream);
+            offset += vec2f(package_lightshed_uniform__2f32_from_u32(word & 4294901760u), package_lightshed_uniform__2f32_from_u32(word << 16u)) + 0.5 / 65536.0;
+        }
+        let moved = vec2u(max(corner + (offset / 6.0 - 0.5) * mixture.window, vec2f(0.0)));
+        let place = min(moved, size - 1u);
+        let other = states_before[place.y * size.x + place.x];
+        let u = package_lightshed_stream__1next_number(stream);
+        if !package_lightshed__1markov_state__2is_valid_state(state) || u * (other.score + sum) < other.score {
+            state = other;
+        }
+        sum = min(sum + other.score, package_lightshed_float__1F32_MAX);
+        if state.score > 0.0 {
+            break;
+        }
+    }
+    return state;
+}
+
+struct Tile {
+    first: u32,
+    corner: vec2u,
+    inside: vec2u
+}
+
+fn tile_of(number: u32, local: u32) -> Tile {
+    let size = package_memory_scene_settings.camera.size;
+    let down = mixture.places / mixture.across;
+    let columns = (size.x + mixture.across - 1u) / mixture.across;
+    let corner = vec2u(number % columns, number / columns) * vec2u(mixture.across, down);
+    var inside = vec2u(0u);
+    if all(corner < size) {
+        inside = min(vec2u(mixture.across, down), size - corner);
+    }
+    return Tile(local - local % mixture.places, corner, inside);
+}
+
+fn permute(tile: Tile) {
+    let count = tile.inside.x * tile.inside.y;
+    for (var k = 0u; k < count; k++) {
+        places[tile.first + k] = k;
+    }
+    let pixel = tile.corner.y * package_memory_scene_settings.camera.size.x + tile.corner.x;
+    var stream = package_lightshed_stream__2stream_of_sample(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), mixture.frame, PERMUTATION_WORDS);
+    for (var rest = count; rest > 1u; rest--) {
+        let other = package_lightshed_wide__1wide_product(package_lightshed_stream__1next_word(&stream), rest).y;
+        let last = places[tile.first + rest - 1u];
+        places[tile.first + rest - 1u] = places[tile.first + other];
+        places[tile.first + other] = last;
+    }
+}
+
+struct Seen {
+    some: bool,
+    point: package_lightshed_surface_SurfacePoint,
+    wo: vec3f,
+    has_width: bool
+}
+
+fn defensive_share(seen: Seen, lobe: package_lightshed__1markov_state_TargetLobe) -> f32 {
+    return select(1.0, mixture.defensive, lobe.peak > 0.0 && seen.has_width);
+}
+
+fn technique_pdf(seen: Seen, lobe: package_lightshed__1markov_state_TargetLobe, direction: vec3f, scattering: f32, is_delta: bool) -> f32 {
+    let defensive = defensive_share(seen, lobe);
+    let own = defensive * scattering;
+    if defensive == 1.0 || is_delta {
+        return own;
+    }
+    let as_seen = package_lightshed__1markov_state__2target_lobe_at(lobe, seen.point.position, seen.point.shading.normal);
+    return own + (1.0 - defensive) * package_lightshed_vmf__1vmf_pdf(as_seen, direction);
+}
+
+fn set_pdf(tile: Tile, seen: Seen, direction: vec3f, scattering: f32, is_delta: bool) -> f32 {
+    let count = tile.inside.x * tile.inside.y;
+    var sum = 0.0;
+    for (var k = 0u; k < count; k++) {
+        sum += technique_pdf(seen, lobes[tile.first + k], direction, scattering, is_delta);
+    }
+    return sum / f32(count);
+}
+
+fn over(value: vec3f, density: f32) -> vec3f {
+    if density > 0.0 {
+        return value / density;
+    }
+    return vec3f(0.0);
+}
+
+fn emitter_light(tile: Tile, seen: Seen, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    let select_words = vec2u(package_lightshed_stream__1next_word(stream), package_lightshed_stream__1next_word(stream));
+    let u = vec2f(package_lightshed_stream__1next_number(stream), package_lightshed_stream__1next_number(stream));
+    let light = package_lightshed_emitter__1sample_emitter(seen.point.position, select_words, u);
+    if !(light.pdf > 0.0) || (light.pdf < package_lightshed_emitter__2NO_OTHER_WAY && mixture.by_emitters == 0u) {
+        return vec3f(0.0);
+    }
+    let found = package_lightshed_bsdf__1evaluate_bsdf(seen.point.material, seen.wo, package_lightshed_frame__1to_local(seen.point.shading, light.direction));
+    var value = found.value * light.weight;
+    if is_black(value) || package_lightshed_cwbvh_occluded(package_lightshed_emitter__1shadow_ray(seen.point, light)) {
+        return vec3f(0.0);
+    }
+    if light.pdf < package_lightshed_emitter__2NO_OTHER_WAY {
+        let merged = set_pdf(tile, seen, light.direction, found.pdf, false) + light.pdf;
+        value *= light.pdf / merged;
+    }
+    return value;
+}
+
+fn advance(tile: Tile, own: u32, seen: Seen, chain: ptr<function, package_lightshed__1markov_state_MarkovChain>, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    let lobe = lobes[tile.first + own];
+    let position = seen.point.position;
+    let defensive = defensive_share(seen, lobe);
+    let choice = package_lightshed_stream__1next_number(stream);
+    let u_lobe = package_lightshed_stream__1next_number(stream);
+    let u = vec2f(package_lightshed_stream__1next_number(stream), package_lightshed_stream__1next_number(stream));
+    let by_lobe = choice >= defensive;
+    var direction: vec3f;
+    var value: vec3f;
+    var scattering = 1.0;
+    var is_delta = false;
+    if by_lobe {
+        direction = package_lightshed_vmf__1vmf_sample(package_lightshed__1markov_state__2target_lobe_at(lobe, position, seen.point.shading.normal), u);
+    }
+    else {
+        let drawn = package_lightshed_bsdf__1sample_bsdf(seen.point.material, seen.wo, u_lobe, u);
+        if !drawn.some {
+            return vec3f(0.0);
+        }
+        direction = package_lightshed_frame__1to_world(seen.point.shading, drawn.wi);
+        is_delta = drawn.is_delta;
+        value = drawn.weight;
+    }
+    if !is_delta {
+        let found = package_lightshed_bsdf__1evaluate_bsdf(seen.point.material, seen.wo, package_lightshed_frame__1to_local(seen.point.shading, direction));
+        value = found.value;
+        scattering = found.pdf;
+    }
+    var incident = Incident(vec3f(0.0), vec3f(0.0), 0.0);
+    var emitters = 0.0;
+    if !is_black(value) {
+        let ray = package_lightshed_surface_spawn(seen.point, direction);
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        incident = follow(ray, hit, stream);
+        if mixture.by_emitters == 1u && !is_delta && !is_black(incident.met) {
+            emitters = emission_pdf(ray, hit, position);
+        }
+    }
+    let met = value * incident.met;
+    let rest = value * incident.rest;
+    let together = set_pdf(tile, seen, direction, scattering, is_delta);
+    if !is_delta {
+        let light = package_lightshed_color_luminance(met + rest);
+        let density = technique_pdf(seen, lobe, direction, scattering, false);
+        var found = package_lightshed__1markov_state_Finding(position + direction * incident.distance, 0.0, 0.0);
+        if density > 0.0 {
+            found.estimate = light / density;
+            found.brightness = light / max(scattering, package_lightshed_float__2F32_MIN_POSITIVE);
+        }
+        *chain = package_lightshed__1markov_state__1markov_advance(*chain, position, by_lobe, found, package_lightshed_stream__1next_number(stream), mixture.chains);
+    }
+    return over(met, together + emitters) + over(rest, together);
+}
+
+@compute @workgroup_size(32)
+fn frame(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let number = (group.x + group.y * groups.x) * MOST + local;
+    let tile = tile_of(number / mixture.places, local);
+    let place = vec2u(local % mixture.places % mixture.across, local % mixture.places / mixture.across);
+    let inside = all(place < tile.inside);
+    let pixel = (tile.corner.y + place.y) * package_memory_scene_settings.camera.size.x + tile.corner.x + place.x;
+    let own = place.y * tile.inside.x + place.x;
+    var stream: package_lightshed_stream_Stream;
+    var seen: Seen;
+    var value = vec3f(0.0);
+    if inside {
+        stream = package_memory_pixels__1pixel_stream(pixel, mixture.frame);
+        let ray = package_memory_pixels__1streamed_ray(pixel, &stream);
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        value = emission_at(ray, hit);
+        var state = states_before[pixel];
+        if hit.primitive != package_lightshed_ray_NOTHING {
+            let point = point_of(hit);
+            seen = Seen(true, point, package_lightshed_frame__1to_local(point.shading, -ray.direction), package_lightshed_bsdf__2has_non_delta(point.material));
+            state = discover(pixel, &stream);
+        }
+        given[tile.first + own] = state;
+        if own == 0u {
+            permute(tile);
+        }
+    }
+    workgroupBarrier();
+    var chain = package_lightshed__1markov_state_MarkovChain(package_lightshed__1markov_state__1no_state(), package_lightshed__1markov_state__1no_state());
+    if inside {
+        chain.state = given[tile.first + places[tile.first + own]];
+        lobes[tile.first + own] = package_lightshed__1markov_state__1markov_target(chain.state, mixture.chains);
+    }
+    workgroupBarrier();
+    if inside {
+        if seen.some {
+            if (mixture.by_emitters == 1u || package_memory_scene__2HAS_DELTA_EMITTERS) && seen.has_width {
+                value += emitter_light(tile, seen, &stream);
+            }
+            value += advance(tile, own, seen, &chain, &stream);
+        }
+        states[pixel] = package_lightshed__1markov_state__1markov_finish(chain, mixture.chains);
+        image[pixel] = vec4f(value, 0.0);
+    }
+}
+
+struct package_lightshed__1markov_state_Finding {
+    place: vec3f,
+    estimate: f32,
+    brightness: f32
+}
+
+const package_lightshed__1markov_state_LARGEST: f32 = 3.4028235e38;
+
+struct package_lightshed__1markov_state_MarkovChain {
+    state: package_lightshed__1markov_state_MarkovState,
+    kept: package_lightshed__1markov_state_MarkovState
+}
+
+struct package_lightshed__1markov_state_MarkovOptions {
+    prior_count: f32,
+    prior_cosine: f32,
+    prior_normal: f32,
+    decay: f32,
+    count_limit: u32,
+    survival: f32,
+    balanced: u32,
+    padding: u32
+}
+
+struct package_lightshed__1markov_state_MarkovState {
+    mean_place: vec3f,
+    mean_cosine: f32,
+    weight: f32,
+    count: u32,
+    score: f32,
+    brightness: f32
+}
+
+struct package_lightshed__1markov_state_TargetLobe {
+    place: vec3f,
+    concentration: f32,
+    peak: f32,
+    span: f32,
+    tilt: f32,
+    padding: u32
+}
+
+const package_lightshed__1markov_state__1SMALLEST_WEIGHT: f32 = 1.1754944e-38;
+
+fn package_lightshed__1markov_state__1is_finite3(v: vec3f) -> bool {
+    return package_lightshed_vector__1is_finite(v.x) && package_lightshed_vector__1is_finite(v.y) && package_lightshed_vector__1is_finite(v.z);
+}
+
+fn package_lightshed__1markov_state__1markov_advance(chain: package_lightshed__1markov_state_MarkovChain, from_point: vec3f, by_lobe: bool, found: package_lightshed__1markov_state_Finding, u: f32, options: package_lightshed__1markov_state_MarkovOptions) -> package_lightshed__1markov_state_MarkovChain {
+    var next = chain;
+    let finds = found.estimate > 0.0 && package_lightshed__1markov_state__1is_finite3(found.place);
+    let estimate = min(found.estimate, package_lightshed__1markov_state_LARGEST);
+    var state = chain.state;
+    if options.balanced == 1u {
+        let brightness = state.brightness * state.score;
+        if finds && (by_lobe || !package_lightshed__1markov_state__2is_valid_state(state) || u * brightness < found.brightness) {
+            if !by_lobe {
+                state = package_lightshed__1markov_state__1no_state();
+            }
+            package_lightshed__1markov_state__1markov_learn(&state, from_point, found.place, estimate, options);
+            state = package_lightshed__1markov_state__1with_score(state, 1.0);
+            state.brightness = clamp(found.brightness, 0.0, package_lightshed__1markov_state_LARGEST);
+            next.kept = state;
+        }
+        else if by_lobe && package_lightshed__1markov_state__2is_valid_state(state) {
+            package_lightshed__1markov_state__1markov_miss(&state, options);
+        }
+        else if !package_lightshed__1markov_state__2is_valid_state(chain.kept) {
+            next.kept = state;
+        }
+        next.state = state;
+        return next;
+    }
+    if !finds {
+        if by_lobe && package_lightshed__1markov_state__2is_valid_state(state) {
+            package_lightshed__1markov_state__1markov_miss(&state, options);
+        }
+        next.state = state;
+        return next;
+    }
+    let accepted = !package_lightshed__1markov_state__2is_valid_state(chain.kept) || u * chain.kept.score < estimate;
+    if accepted {
+        if !by_lobe {
+            state = package_lightshed__1markov_state__1no_state();
+        }
+        state = package_lightshed__1markov_state__1with_score(state, estimate);
+    }
+    if accepted || by_lobe {
+        package_lightshed__1markov_state__1markov_learn(&state, from_point, found.place, estimate, options);
+    }
+    if accepted {
+        next.kept = state;
+    }
+    next.state = state;
+    return next;
+}
+
+fn package_lightshed__1markov_state__1markov_finish(chain: package_lightshed__1markov_state_MarkovChain, options: package_lightshed__1markov_state_MarkovOptions) -> package_lightshed__1markov_state_MarkovState {
+    if package_lightshed__1markov_state__2is_valid_state(chain.kept) {
+        return chain.kept;
+    }
+    let score = options.survival * chain.state.score;
+    if score > 0.0 {
+        return package_lightshed__1markov_state__1with_score(chain.state, score);
+    }
+    return package_lightshed__1markov_state__1no_state();
+}
+
+fn package_lightshed__1markov_state__1markov_learn(state: ptr<function, package_lightshed__1markov_state_MarkovState>, from_point: vec3f, place: vec3f, estimate: f32, options: package_lightshed__1markov_state_MarkovOptions) {
+    let direction = package_lightshed_vector__1normalized_or(place - from_point, vec3f(0.0));
+    if !(estimate >= 0.0 && package_lightshed_vector__1is_finite(estimate) && package_lightshed__1markov_state__1is_finite3(place)) || all(direction == vec3f(0.0)) {
+        return;
+    }
+    (*state).count = min((*state).count + 1u, options.count_limit);
+    let alpha = package_lightshed__1markov_state__1newest_share((*state).count, options);
+    let kept = (1.0 - alpha) * (*state).weight;
+    let weight = kept + alpha * estimate;
+    if !(weight > 0.0) {
+        return;
+    }
+    let old = min(kept / weight, 1.0);
+    let share = min(alpha * estimate / weight, 1.0);
+    let mean = package_lightshed_vector__1normalized_or((*state).mean_place - from_point, vec3f(0.0)) * (*state).mean_cosine;
+    (*state).mean_place = old * (*state).mean_place + share * place;
+    (*state).mean_cosine = min(package_lightshed_vector_length3(old * mean + share * direction), 1.0);
+    (*state).weight = clamp(weight, package_lightshed__1markov_state__1SMALLEST_WEIGHT, package_lightshed__1markov_state_LARGEST);
+}
+
+fn package_lightshed__1markov_state__1markov_miss(state: ptr<function, package_lightshed__1markov_state_MarkovState>, options: package_lightshed__1markov_state_MarkovOptions) {
+    (*state).count = min((*state).count + 1u, options.count_limit);
+    (*state).weight *= 1.0 - package_lightshed__1markov_state__1newest_share((*state).count, options);
+}
+
+fn package_lightshed__1markov_state__1markov_target(state: package_lightshed__1markov_state_MarkovState, options: package_lightshed__1markov_state_MarkovOptions) -> package_lightshed__1markov_state_TargetLobe {
+    if !package_lightshed__1markov_state__2is_valid_state(state) {
+        return package_lightshed__1markov_state_TargetLobe(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0u);
+    }
+    let squared = f32(state.count) * f32(state.count);
+    let count = squared + options.prior_count;
+    let known = squared * state.mean_cosine;
+    let r = (known + options.prior_count * options.prior_cosine) / count;
+    let gap = (squared * (1.0 - state.mean_cosine) + options.prior_count * (1.0 - options.prior_cosine)) / count;
+    var tilt = 0.0;
+    if options.prior_normal > 0.0 {
+        tilt = options.prior_normal / (known + options.prior_normal);
+    }
+    let lobe = package_lightshed_vmf__1vmf_lobe(vec3f(0.0), package_lightshed_vmf__1vmf_concentration(r, gap));
+    return package_lightshed__1markov_state_TargetLobe(state.mean_place, lobe.concentration, lobe.peak, lobe.span, tilt, 0u);
+}
+
+fn package_lightshed__1markov_state__1newest_share(count: u32, options: package_lightshed__1markov_state_MarkovOptions) -> f32 {
+    return max(1.0 / f32(count), options.decay);
+}
+
+fn package_lightshed__1markov_state__1no_state() -> package_lightshed__1markov_state_MarkovState {
+    return package_lightshed__1markov_state_MarkovState(vec3f(0.0), 0.0, 0.0, 0u, 0.0, 0.0);
+}
+
+fn package_lightshed__1markov_state__1with_score(state: package_lightshed__1markov_state_MarkovState, score: f32) -> package_lightshed__1markov_state_MarkovState {
+    var scored = state;
+    scored.score = select(0.0, min(score, package_lightshed__1markov_state_LARGEST), score > 0.0);
+    return scored;
+}
+
+fn package_lightshed__1markov_state__2is_valid_state(state: package_lightshed__1markov_state_MarkovState) -> bool {
+    return state.weight > 0.0;
+}
+
+fn package_lightshed__1markov_state__2target_lobe_at(lobe: package_lightshed__1markov_state_TargetLobe, from_point: vec3f, normal: vec3f) -> package_lightshed_vmf_VmfLobe {
+    let towards = package_lightshed_vector__1normalized_or(lobe.place - from_point, normal);
+    var mean = towards;
+    if lobe.tilt > 0.0 {
+        mean = package_lightshed_vector__1normalized_or(towards * (1.0 - lobe.tilt) + normal * lobe.tilt, towards);
+    }
+    return package_lightshed_vmf_VmfLobe(mean, lobe.concentration, lobe.peak, lobe.span);
+}
+
+const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
+
+struct package_lightshed_alias_AliasEntry {
+    threshold: u32,
+    alias_index: u32
+}
+
+fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(length, u.x);
+    let high = package_lightshed_wide__1wide_product(length, u.y);
+    let coin = high.x + low.y;
+    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
+}
+
+fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
+    let route = package_lightshed_alias__1alias_route(length, u);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
+    return select(entry.alias_index, route.x, route.y < entry.threshold);
+}
+
+struct package_lightshed_bsdf_BsdfSample {
+    wi: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    is_delta: bool,
+    some: bool,
+    lobe: u32,
+    eta: f32
+}
+
+struct package_lightshed_bsdf_BsdfValue {
+    value: vec3f,
+    pdf: f32
+}
+
+struct package_lightshed_bsdf_Component {
+    kind: u32,
+    side: u32,
+    weight: f32,
+    importance: f32,
+    color: vec3f,
+    alpha_u: f32,
+    eta: vec3f,
+    alpha_v: f32,
+    k: vec3f,
+    texture: u32
+}
+
+const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
+
+struct package_lightshed_bsdf_DeltaDraw {
+    wi: vec3f,
+    value: vec3f,
+    eta: f32,
+    some: bool
+}
+
+const package_lightshed_bsdf_MIRROR: u32 = 1u;
+
+const package_lightshed_bsdf_PLASTIC: u32 = 7u;
+
+const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
+
+const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
+
+const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
+
+const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
+
+const package_lightshed_bsdf__1THIN_DIELECTRIC: u32 = 6u;
+
+fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component) -> package_lightshed_coat_RoughCoat {
+    return package_lightshed_coat_RoughCoat(vec2f(component.alpha_u, component.alpha_v), component.eta.x, u32(component.eta.z));
+}
+
+fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
+        component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
+        if rows.y > 1u {
+            component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
+        }
+    }
+    return component;
+}
+
+fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_memory_scene__1load_material(material.index);
+    let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        if mirror == 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(first.color * density, density);
+    }
+    let total = package_lightshed_bsdf__1total_importance(material, wo);
+    var sum = package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
+            continue;
+        }
+        let above = package_lightshed_bsdf_mirrored(wo, mirror);
+        let share = package_lightshed_bsdf__1share_of(component.importance, total);
+        let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, above, mirror < 0.0);
+        let lobes = package_lightshed_bsdf__1lobe_count(component);
+        for (var lobe = 0u; lobe < lobes; lobe++) {
+            let found = package_lightshed_bsdf__1evaluate_component(component, lobe, above, package_lightshed_bsdf_mirrored(wi, mirror), mirror < 0.0);
+            sum.value += found.value * component.weight;
+            sum.pdf += found.pdf * share * select(probabilities.x, probabilities.y, lobe == 1u);
+        }
+    }
+    return sum;
+}
+
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, lobe: u32, wo: vec3f, wi: vec3f, inside: bool) -> package_lightshed_bsdf_BsdfValue {
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        let eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+        if lobe == 0u {
+            let found = package_lightshed_dielectric__1boundary_reflection(alpha, wo, wi, eta);
+            return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+        }
+        let found = package_lightshed_dielectric__1boundary_refraction(alpha, wo, wi, eta);
+        return package_lightshed_bsdf_BsdfValue(component.k * found.x, found.y);
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if wi.z <= 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        if lobe == 1u {
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
+            var passed: f32;
+            if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+                passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
+            }
+            else {
+                passed = (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wo, false)) * (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wi, false));
+            }
+            return package_lightshed_bsdf_BsdfValue(component.k * (passed * pdf), pdf);
+        }
+        if component.kind == package_lightshed_bsdf_PLASTIC {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let found = package_lightshed_coat__1coat_reflection(package_lightshed_bsdf__1coat_of(component), wo, wi);
+        return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+    }
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
+    }
+    if wi.z <= 0.0 {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
+    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
+}
+
+fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR || component.kind == package_lightshed_bsdf__1SMOOTH_DIELECTRIC || component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+}
+
+fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
+    return select(1u, 2u, package_lightshed_bsdf__1is_dielectric(component) || package_lightshed_bsdf__1is_plastic(component));
+}
+
+fn package_lightshed_bsdf__1lobe_probabilities(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> vec2f {
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        var reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        if component.kind == package_lightshed_bsdf__1GGX_DIELECTRIC {
+            reflectance = clamp(reflectance, 0.1, 0.9);
+        }
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * package_lightshed_vector__1max_element(component.k));
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+            let transmitted = clamp(package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z), 0.05, 0.95);
+            return package_lightshed_dielectric__1two_way((1.0 - transmitted) * package_lightshed_vector__1max_element(component.color), transmitted * component.eta.y);
+        }
+        let reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * component.eta.y);
+    }
+    return vec2f(1.0, 0.0);
+}
+
+fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
+    if wo.z > 0.0 && side != 1u {
+        return 1.0;
+    }
+    if wo.z < 0.0 && side != 0u {
+        return -1.0;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
+    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
+    let rows = package_memory_scene__1load_material(material.index);
+    let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        let wi = package_lightshed_warp__1cosine_hemisphere(u);
+        if mirror == 0.0 || !(wi.z > 0.0) {
+            return none;
+        }
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+    }
+    let total = package_lightshed_bsdf__1total_importance(material, wo);
+    var cumulative = 0.0;
+    var probability = 0.0;
+    var chosen = 0u;
+    var chosen_lobe = 0u;
+    var chosen_number = 0u;
+    var number = 0u;
+    for (var i = 0u; i < rows.y && !(u_lobe < cumulative); i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        let lobes = package_lightshed_bsdf__1lobe_count(component);
+        if mirror != 0.0 {
+            let share = package_lightshed_bsdf__1share_of(component.importance, total);
+            let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, package_lightshed_bsdf_mirrored(wo, mirror), mirror < 0.0);
+            for (var lobe = 0u; lobe < lobes; lobe++) {
+                let part = share * select(probabilities.x, probabilities.y, lobe == 1u);
+                if part <= 0.0 {
+                    continue;
+                }
+                cumulative += part;
+                probability = part;
+                chosen = i;
+                chosen_lobe = lobe;
+                chosen_number = number + lobe;
+                if u_lobe < cumulative {
+                    break;
+                }
+            }
+        }
+        number += lobes;
+    }
+    if probability == 0.0 {
+        return none;
+    }
+    let component = package_lightshed_bsdf__1component_at(material, rows, chosen);
+    let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+    let inside = mirror < 0.0;
+    let above = package_lightshed_bsdf_mirrored(wo, mirror);
+    if package_lightshed_bsdf__1is_delta(component) || (component.kind == package_lightshed_bsdf_PLASTIC && chosen_lobe == 0u) {
+        let drawn = package_lightshed_bsdf__1sample_delta(component, chosen_lobe, above, inside);
+        let weight = drawn.value * (component.weight / probability);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(drawn.wi, mirror), 0.0, weight, true, drawn.some, chosen_number, drawn.eta);
+    }
+    var wi: vec3f;
+    var eta = 1.0;
+    if component.kind == package_lightshed_bsdf_DIFFUSE || (package_lightshed_bsdf__1is_plastic(component) && chosen_lobe == 1u) {
+        wi = package_lightshed_warp__1cosine_hemisphere(u);
+    }
+    else {
+        let normal = package_lightshed_ggx__2ggx_visible_normal(vec2f(component.alpha_u, component.alpha_v), above, u);
+        if package_lightshed_bsdf__1is_dielectric(component) && chosen_lobe == 1u {
+            eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+            wi = package_lightshed_dielectric__1refracted_direction(above, normal, eta);
+            if !(wi.z < 0.0) {
+                return none;
+            }
+        }
+        else {
+            wi = 2.0 * package_lightshed_vector_dot3(above, normal) * normal - above;
+            if !(wi.z > 0.0) {
+                return none;
+            }
+        }
+    }
+    wi = package_lightshed_bsdf_mirrored(wi, mirror);
+    let found = package_lightshed_bsdf__1evaluate_bsdf(material, wo, wi);
+    if !(found.pdf > 0.0) {
+        return none;
+    }
+    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true, chosen_number, eta);
+}
+
+fn package_lightshed_bsdf__1sample_delta(component: package_lightshed_bsdf_Component, lobe: u32, above: vec3f, inside: bool) -> package_lightshed_bsdf_DeltaDraw {
+    let reflected = vec3f(-above.xy, above.z);
+    if package_lightshed_bsdf__1is_dielectric(component) || package_lightshed_bsdf__1is_plastic(component) {
+        let reflectance = package_lightshed_bsdf__1smooth_reflectance(component, above, inside);
+        if lobe == 0u {
+            return package_lightshed_bsdf_DeltaDraw(reflected, component.color * reflectance, 1.0, true);
+        }
+        if component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC {
+            return package_lightshed_bsdf_DeltaDraw(-above, component.k * (1.0 - reflectance), 1.0, true);
+        }
+        let eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+        let cos_transmitted = package_lightshed_fresnel__1fresnel_dielectric(min(above.z, 1.0), eta).y;
+        let wi = vec3f(-above.x / eta, -above.y / eta, -cos_transmitted);
+        let value = component.k * ((1.0 - reflectance) / (eta * eta));
+        return package_lightshed_bsdf_DeltaDraw(package_lightshed_vector_unit3(wi), value, eta, cos_transmitted > 0.0);
+    }
+    var value = component.color;
+    if component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR {
+        value = component.color * package_lightshed_fresnel__1fresnel_conductor(above.z, component.eta, component.k);
+    }
+    return package_lightshed_bsdf_DeltaDraw(reflected, value, 1.0, true);
+}
+
+fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
+    if total > 0.0 {
+        return importance / total;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> f32 {
+    let eta = select(component.eta.x, package_lightshed_dielectric__1relative_eta(component.eta.x, inside), component.kind <= package_lightshed_bsdf__1GGX_DIELECTRIC);
+    let face = package_lightshed_fresnel__1fresnel_dielectric(min(wo.z, 1.0), eta).x;
+    if component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC {
+        return 2.0 * face / (1.0 + face);
+    }
+    return face;
+}
+
+fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
+    let rows = package_memory_scene__1load_material(material.index);
+    var total = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
+            total += component.importance;
+        }
+    }
+    return total;
+}
+
+fn package_lightshed_bsdf__2has_non_delta(material: package_lightshed_material_MaterialAt) -> bool {
+    let rows = package_memory_scene__1load_material(material.index);
+    for (var i = 0u; i < rows.y; i++) {
+        if !package_lightshed_bsdf__1is_delta(package_memory_scene__1load_component(rows.x + i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
+    return vec3f(v.xy, v.z * mirror);
+}
+
+struct package_lightshed_camera_Camera {
+    x_axis: vec3f,
+    aperture_radius: f32,
+    y_axis: vec3f,
+    focus_distance: f32,
+    z_axis: vec3f,
+    near_clip: f32,
+    position: vec3f,
+    far_clip: f32,
+    corner: vec2f,
+    pixel: vec2f,
+    size: vec2u,
+    padding: vec2u
+}
+
+fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
+    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
+    var origin = vec3f(0.0);
+    var direction = through;
+    if camera.aperture_radius > 0.0 {
+        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
+        direction = through * camera.focus_distance - origin;
+    }
+    direction = direction / package_lightshed_vector_length3(direction);
+    let along_axis = direction.z;
+    let scaled = package_lightshed_camera_turned(camera, direction);
+    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
+    let length = package_lightshed_vector_length3(scaled);
+    let world_direction = scaled / length;
+    let near = camera.near_clip / along_axis * length;
+    let far = camera.far_clip / along_axis * length;
+    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
+}
+
+fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
+    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_coat_RoughCoat {
+    alpha: vec2f,
+    eta: f32,
+    table: u32
+}
+
+const package_lightshed_coat__1COAT_STEPS: u32 = 138u;
+
+fn package_lightshed_coat__1coat_reflection(coat: package_lightshed_coat_RoughCoat, wo: vec3f, wi: vec3f) -> vec2f {
+    return package_lightshed_dielectric__1boundary_reflection(coat.alpha, wo, wi, coat.eta);
+}
+
+fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_RoughCoat, cos_theta: f32) -> f32 {
+    let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
+    let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
+    let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
+}
+
+struct package_lightshed_cwbvh_BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    backwards: vec3<bool>,
+    octant: u32
+}
+
+struct package_lightshed_cwbvh_CwbvhNode {
+    corner: vec3f,
+    exponents_and_inner: u32,
+    child_base: u32,
+    primitive_base: u32,
+    meta_low: u32,
+    meta_high: u32,
+    x: vec4u,
+    y: vec4u,
+    z: vec4u
+}
+
+struct package_lightshed_cwbvh_TriangleCorners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
+
+const package_lightshed_cwbvh__1LARGEST_INVERSE: f32 = 3e38;
+
+fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
+    let largest = vec3f(package_lightshed_cwbvh__1LARGEST_INVERSE);
+    let inverse = clamp(1.0 / ray.direction, -largest, largest);
+    let backwards = (bitcast<vec3u>(ray.direction) >> vec3u(31u)) == vec3u(1u);
+    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
+    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
+}
+
+fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
+    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
+}
+
+fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
+    let exponents = node.exponents_and_inner;
+    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
+    let inner = exponents >> 24u;
+    var hits = 0u;
+    for (var child = 0u; child < 8u; child++) {
+        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
+        if about == 0u {
+            continue;
+        }
+        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
+        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
+        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
+        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
+        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
+        let near = max(max(x.x, y.x), max(z.x, 0.0));
+        let far = min(min(x.y, y.y), min(z.y, t_max));
+        if near <= far * 1.0000005 {
+            if ((inner >> child) & 1u) == 1u {
+                hits |= 1u << (24u + (child ^ ray.octant));
+            }
+            else {
+                hits |= (about >> 5u) << (about & 31u);
+            }
+        }
+    }
+    return hits;
+}
+
+fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false, false);
+}
+
+fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
+    return package_lightshed_cwbvh_traverse(ray, true, false).primitive != package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
+    let bottom = low - abs(low) * 2.4e-7;
+    let top = high + abs(high) * 2.4e-7;
+    if abs(inverse) >= package_lightshed_cwbvh__1LARGEST_INVERSE {
+        return select(vec2f(1.0, -1.0), vec2f(-package_lightshed_cwbvh__1LARGEST_INVERSE, package_lightshed_cwbvh__1LARGEST_INVERSE), bottom <= origin && origin <= top);
+    }
+    let planes = select(vec2f(bottom, top), vec2f(top, bottom), backwards);
+    return (planes - origin) * inverse;
+}
+
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, opaque: bool) -> package_lightshed_ray_Hit {
+    let boxes = package_lightshed_cwbvh__1box_ray(ray);
+    let triangles = package_lightshed_triangle__1triangle_ray(ray);
+    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    var stack: array<vec2u, 32>;
+    var depth = 0u;
+    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
+    loop {
+        if group.y >= 16777216u {
+            let bit = firstLeadingBit(group.y);
+            group.y &= ~(1u << bit);
+            let slot = (bit - 24u) ^ boxes.octant;
+            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
+            let index = group.x + before;
+            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
+                stack[depth] = group;
+                depth++;
+            }
+            let node = package_memory_scene__2load_cwbvh_node(index);
+            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
+            var primitives = hits & 16777215u;
+            while (primitives != 0u) {
+                let offset = firstTrailingBit(primitives);
+                primitives &= primitives - 1u;
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
+                    continue;
+                }
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
+                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
+                if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
+                    best = hit;
+                    if any {
+                        return best;
+                    }
+                }
+            }
+            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
+        }
+        else if depth > 0u {
+            depth--;
+            group = stack[depth];
+        }
+        else {
+            break;
+        }
+    }
+    return best;
+}
+
+fn package_lightshed_dielectric__1boundary_reflection(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z <= 0.0 {
+        return vec2f(0.0);
+    }
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(clamp(facing, 0.0, 1.0), eta).x;
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    return vec2f(reflectance * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1boundary_refraction(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z >= 0.0 {
+        return vec2f(0.0);
+    }
+    let unnormalised = wo + eta * wi;
+    var half = package_lightshed_vector__1normalized_or(unnormalised, vec3f(0.0));
+    half = select(half, -half, half.z < 0.0);
+    let cos_o = package_lightshed_vector_dot3(wo, half);
+    let cos_i = package_lightshed_vector_dot3(wi, half);
+    if !(cos_o > 0.0 && cos_i < 0.0) {
+        return vec2f(0.0);
+    }
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(min(cos_o, 1.0), eta).x;
+    let jacobian = eta * eta * -cos_i / package_lightshed_vector_dot3(unnormalised, unnormalised);
+    let pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) * jacobian;
+    let transmitted = (1.0 - reflectance) / (eta * eta);
+    return vec2f(transmitted * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1refracted_direction(wo: vec3f, normal: vec3f, eta: f32) -> vec3f {
+    let cos_o = clamp(package_lightshed_vector_dot3(wo, normal), 0.0, 1.0);
+    let cos_transmitted = package_lightshed_fresnel__1fresnel_dielectric(cos_o, eta).y;
+    if cos_transmitted <= 0.0 {
+        return vec3f(0.0, 0.0, 1.0);
+    }
+    return package_lightshed_vector_unit3((cos_o / eta - cos_transmitted) * normal - wo / eta);
+}
+
+fn package_lightshed_dielectric__1relative_eta(eta: f32, inside: bool) -> f32 {
+    return select(eta, 1.0 / eta, inside);
+}
+
+fn package_lightshed_dielectric__1two_way(a: f32, b: f32) -> vec2f {
+    let sum = a + b;
+    if sum > 0.0 {
+        let first = a / sum;
+        return vec2f(first, 1.0 - first);
+    }
+    return vec2f(0.0);
+}
+
+struct package_lightshed_emitter_Aim {
+    direction: vec3f,
+    distance_squared: f32,
+    cos_theta: f32,
+    goal: vec3f
+}
+
+struct package_lightshed_emitter_Around {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f
+}
+
+struct package_lightshed_emitter_DeltaEmitter {
+    place: vec3f,
+    probability: f32,
+    intensity: vec3f,
+    cos_beam: f32,
+    axis: vec3f,
+    cos_cutoff: f32,
+    cutoff_angle: f32,
+    inverse_transition: f32,
+    padding0: u32,
+    padding1: u32
+}
+
+struct package_lightshed_emitter_Emitter {
+    corner: vec3f,
+    pdf_area: f32,
+    edge0: vec3f,
+    radiance_r: f32,
+    edge1: vec3f,
+    radiance_g: f32,
+    normal: vec3f,
+    radiance_b: f32
+}
+
+struct package_lightshed_emitter_EmitterGroups {
+    surroundings: vec3f,
+    groups: u32,
+    triangles: u32,
+    finite: u32,
+    first_direction: u32,
+    directions: u32
+}
+
+struct package_lightshed_emitter_EmitterSample {
+    direction: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    finite: bool,
+    goal: vec3f
+}
+
+const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
+
+const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return package_lightshed_emitter_Aim(vec3f(0.0), 0.0, 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(distance_squared);
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_Aim(d / distance, distance_squared, facing / distance, goal);
+}
+
+fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
+    let about = package_memory_scene__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    if about.finite > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
+    }
+    if package_memory_scene__2has_delta_emitters() {
+        let direction = group - select(0u, 1u, about.finite > 0u);
+        if direction < about.directions {
+            return about.first_direction + direction;
+        }
+    }
+    return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
+}
+
+fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
+    let emitter = package_memory_scene__1load_emitter(index);
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
+    return package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, cos_theta);
+}
+
+fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
+    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+}
+
+fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
+    if package_memory_scene__1has_sky() {
+        let drawn = package_lightshed_sky__1sky_sample(u);
+        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
+    }
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+}
+
+fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
+    let index = package_lightshed_emitter__1choose_emitter(u_select);
+    if index == package_lightshed_ray_NOTHING {
+        return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+    }
+    if index == package_lightshed_emitter_SURROUNDINGS {
+        let around = package_lightshed_emitter__1sample_surroundings(u);
+        if !(around.pdf > 0.0) {
+            return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), false, vec3f(0.0));
+        }
+        return package_lightshed_emitter_EmitterSample(around.direction, around.pdf, around.radiance / around.pdf, false, vec3f(0.0));
+    }
+    if package_memory_scene__2has_delta_emitters() && package_lightshed_emitter__2is_delta_emitter(index) {
+        return package_lightshed_emitter__2sample_delta_emitter(index, from_position);
+    }
+    return package_lightshed_emitter__2sample_triangle_emitter(package_memory_scene__1load_emitter(index), from_position, u);
+}
+
+fn package_lightshed_emitter__1sample_surroundings(u: vec2f) -> package_lightshed_emitter_Around {
+    var around = package_lightshed_emitter__1sample_around(u);
+    around.pdf *= 1.0 / f32(package_memory_scene__1emitter_groups().groups);
+    return around;
+}
+
+fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
+    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
+    if light.finite {
+        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
+}
+
+fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_DeltaEmitter, direction: vec3f) -> vec3f {
+    let cos_theta = package_lightshed_vector_dot3(light.axis, direction);
+    if cos_theta >= light.cos_beam {
+        return light.intensity;
+    }
+    if cos_theta <= light.cos_cutoff {
+        return vec3f(0.0);
+    }
+    let chord = direction - light.axis;
+    let sine = min(0.5 * package_lightshed_vector_length3(chord), 1.0);
+    let angle = 2.0 * package_lightshed_warp_TAU * package_lightshed_turn__1turn_of(sine, sqrt(max(1.0 - sine * sine, 0.0)));
+    return light.intensity * max((light.cutoff_angle - angle) * light.inverse_transition, 0.0);
+}
+
+fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
+    if package_memory_scene__1has_sky() {
+        return package_lightshed_sky__1sky_pdf(direction);
+    }
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
+}
+
+fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
+    if package_memory_scene__1has_sky() {
+        return package_lightshed_sky__1sky_radiance(direction);
+    }
+    return package_memory_scene__1emitter_groups().surroundings;
+}
+
+const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
+
+fn package_lightshed_emitter__2is_delta_emitter(index: u32) -> bool {
+    let about = package_memory_scene__1emitter_groups();
+    return index >= about.triangles && index != package_lightshed_emitter_SURROUNDINGS;
+}
+
+fn package_lightshed_emitter__2sample_delta_emitter(index: u32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
+    return package_lightshed_emitter__2towards_delta_emitter(index, package_memory_scene__2load_delta_emitter(index).probability, from_position);
+}
+
+fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
+    let aim = package_lightshed_emitter__1aim_at(emitter, from_position, package_lightshed_warp__1uniform_triangle(u).xy);
+    let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, aim.distance_squared, aim.cos_theta);
+    if !(aim.cos_theta > 0.0 && pdf > 0.0) {
+        return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+    }
+    return package_lightshed_emitter_EmitterSample(aim.direction, pdf, package_lightshed_emitter__1emitter_radiance(emitter) / pdf, true, aim.goal);
+}
+
+fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
+    let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+    let light = package_memory_scene__2load_delta_emitter(index);
+    if index >= package_memory_scene__1emitter_groups().first_direction {
+        return package_lightshed_emitter_EmitterSample(light.place, package_lightshed_emitter__2NO_OTHER_WAY, light.intensity / probability, false, vec3f(0.0));
+    }
+    let d = light.place - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let inverse = 1.0 / sqrt(distance_squared);
+    if !(distance_squared > 0.0) || !package_lightshed_vector__1is_finite(inverse) {
+        return none;
+    }
+    let intensity = package_lightshed_emitter__1spot_intensity(light, -d * inverse);
+    let weight = intensity / (distance_squared * probability);
+    if all(intensity == vec3f(0.0)) || !(package_lightshed_vector__1is_finite(weight.x) && package_lightshed_vector__1is_finite(weight.y) && package_lightshed_vector__1is_finite(weight.z)) {
+        return none;
+    }
+    return package_lightshed_emitter_EmitterSample(d / sqrt(distance_squared), package_lightshed_emitter__2NO_OTHER_WAY, weight, true, light.place);
+}
+
+const package_lightshed_exponential__1LEAST_FRACTION: u32 = 1060439283u;
+
+const package_lightshed_exponential__1LN_2: f32 = 0.6931472;
+
+const package_lightshed_exponential__1VANISHES_FROM: f32 = 126.0;
+
+fn package_lightshed_exponential__1exp2_negative(y: f32) -> f32 {
+    if !(y < package_lightshed_exponential__1VANISHES_FROM) {
+        return 0.0;
+    }
+    let whole = u32(y);
+    let t = (0.5 - (y - f32(whole))) * package_lightshed_exponential__1LN_2;
+    var series = 0.0001984127;
+    series = series * t + 0.0013888889;
+    series = series * t + 0.008333334;
+    series = series * t + 0.041666668;
+    series = series * t + 0.16666667;
+    series = series * t + 0.5;
+    series = series * t + 1.0;
+    series = series * t + 1.0;
+    return series * 0.70710677 * bitcast<f32>((127u - whole) << 23u);
+}
+
+fn package_lightshed_exponential_exponential(u: f32) -> f32 {
+    let bits = bitcast<u32>(1.0 - u);
+    let exponent = bitcast<i32>(bits - package_lightshed_exponential__1LEAST_FRACTION) >> 23u;
+    let f = bitcast<f32>(bits - (bitcast<u32>(exponent) << 23u)) - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let p = z * (0.33333334 + z * (0.1999992 + z * (0.14290866 + z * 0.1134)));
+    let log = 2.0 * (s + s * p) + f32(exponent) * package_lightshed_exponential__1LN_2;
+    return -log;
+}
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_float__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
+
+fn package_lightshed_float__2as_it_is(x: f32) -> f32 {
+    return min(x, package_lightshed_float__1F32_MAX);
+}
+
+struct package_lightshed_frame_Frame {
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f
+}
+
+fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
+}
+
+fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
+}
+
+fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
+    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
+}
+
+const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+
+fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
+    let c2 = cos_incident * cos_incident;
+    let s2 = max(1.0 - c2, 0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = sqrt(t * t + 4.0 * eta2_k2);
+    let larger = 0.5 * (modulus + abs(t));
+    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
+    let positive = t >= vec3f(0.0);
+    let a = sqrt(select(smaller, larger, positive));
+    let b2 = select(larger, smaller, positive);
+    let less = a - cos_incident;
+    let more = a + cos_incident;
+    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    let below = a * cos_incident - s2;
+    let above = a * cos_incident + s2;
+    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    return 0.5 * senkrecht * (1.0 + ratio);
+}
+
+fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -> vec2f {
+    if eta == 1.0 {
+        return vec2f(0.0, cos_incident);
+    }
+    var radicand: f32;
+    if eta > 0.5 {
+        radicand = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    }
+    else {
+        radicand = eta * eta - (1.0 - cos_incident) * (1.0 + cos_incident);
+    }
+    if radicand <= 0.0 {
+        return vec2f(1.0, 0.0);
+    }
+    let cos_transmitted = min(sqrt(radicand) / eta, 1.0);
+    let senkrecht = (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
+    let parallel = (eta * cos_incident - cos_transmitted) / (eta * cos_incident + cos_transmitted);
+    return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
+}
+
+fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
+    let z = abs(direction.z);
+    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
+    if length > 0.0 {
+        return 2.0 * z / (z + length);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
+    if !(normal.z > 0.0) {
+        return 0.0;
+    }
+    let xy = normal.xy / alpha;
+    let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+}
+
+fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
+    let z_axis = vec3f(0.0, 0.0, 1.0);
+    let seen = package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, vec3f(view.xy, max(view.z, 0.0))), z_axis);
+    let above = u.y * (1.0 + seen.z);
+    let sum_z = max(1.0 - u.y, 5.9604645e-8) * (1.0 + seen.z);
+    let one_minus_z = (seen.x * seen.x + seen.y * seen.y) / (1.0 + seen.z);
+    let sin_theta = sqrt(above * (sum_z + one_minus_z));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.x);
+    let half = vec3f(sin_theta * turn.y + seen.x, sin_theta * turn.x + seen.y, sum_z);
+    return package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, half), z_axis);
+}
+
+fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
+    let above = vec3f(view.xy, max(view.z, 0.0));
+    let denominator = above.z + package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, above));
+    let facing = package_lightshed_vector_dot3(above, normal);
+    if facing > 0.0 && denominator > 0.0 {
+        return 2.0 * facing * package_lightshed_ggx__2ggx_normal_density(alpha, normal) / denominator;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
+    return vec3f(alpha * direction.xy, direction.z);
+}
+
+struct package_lightshed_material_MaterialAt {
+    index: u32,
+    uv: vec2f
+}
+
+fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
+    if !(a > 0.0) {
+        return 0.0;
+    }
+    let ratio = b / a;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
+    let cosine = abs(cos_theta);
+    if cosine > 0.0 {
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
+    }
+    return 0.0;
+}
+
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
+struct package_lightshed_ray_Ray {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    padding: u32
+}
+
+const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
+
+const package_lightshed_rng_PARITY: u32 = 466688986u;
+
+fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
+    return (x << by) | (x >> (vec2u(32u) - by));
+}
+
+fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
+    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
+    var x = counter + key;
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.y, key.z, key.w, parity + 1u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
+    x += vec4u(key.z, key.w, parity, key.x + 2u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.w, parity, key.x, key.y + 3u);
+    return x;
+}
+
+fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
+    let sum_even = x.xz + x.yw;
+    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
+    let sum_odd = sum_even + mixed_even.yx;
+    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
+    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
+}
+
+struct package_lightshed_sky_Owner {
+    index: u32,
+    words: f32,
+    fraction: f32
+}
+
+struct package_lightshed_sky_Sky {
+    x_axis: vec3f,
+    scale: f32,
+    y_axis: vec3f,
+    last_row: u32,
+    z_axis: vec3f,
+    padding: u32,
+    size: vec2u,
+    more_padding: vec2u
+}
+
+struct package_lightshed_sky_SkyCell {
+    cell: vec2u,
+    fraction: vec2f
+}
+
+struct package_lightshed_sky_SkySample {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    cell: vec2u
+}
+
+fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
+    return cells.y + row * cells.x;
+}
+
+fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
+}
+
+fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
+    var base = 0u;
+    var size = last + 1u;
+    while (size > 1u) {
+        let half = size / 2u;
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
+        size -= half;
+    }
+    let words = package_lightshed_sky_owned(first, last, base);
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
+}
+
+fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let scaled = uv * vec2f(cells);
+    let cell = min(vec2u(scaled), cells - 1u);
+    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
+}
+
+fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
+    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
+}
+
+fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
+    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
+    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
+    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
+    return vec2f(u - floor(u), v);
+}
+
+fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
+    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
+    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
+    return select(0.0, density, sin_theta > 0.0);
+}
+
+fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
+    let image = package_memory_scene_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
+    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
+    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
+    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
+    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
+}
+
+fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
+    let image = package_memory_scene_sky();
+    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
+}
+
+fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
+    let image = package_memory_scene_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
+    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
+    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
+    let cell = vec2u(column.index, row.index);
+    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
+    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
+    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
+    let turn = uv.x + 0.5 / f32(image.size.x);
+    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
+    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
+    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
+    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
+    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
+}
+
+fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
+}
+
+const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
+
+const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
+
+fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
+    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
+    let below = min(place.cell.y + 1u, image.size.y - 1u);
+    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
+    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
+    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
+    let d = package_lightshed_sky__1sky_texel(image, right, below);
+    let above = a + (b - a) * place.fraction.x;
+    let under = c + (d - c) * place.fraction.x;
+    return (above + (under - above) * place.fraction.y) * image.scale;
+}
+
+fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
+    if index > last {
+        return 0.0;
+    }
+    let start = package_memory_scene__2load_sky_word(first + index);
+    if index == last {
+        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
+    }
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
+}
+
+struct package_lightshed_stream_Stream {
+    key: vec4u,
+    kind: u32,
+    dimension: u32,
+    block: vec4u
+}
+
+fn package_lightshed_stream__1next_number(stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    return package_lightshed_uniform__2f32_from_u32(package_lightshed_stream__1next_word(stream));
+}
+
+fn package_lightshed_stream__1next_word(stream: ptr<function, package_lightshed_stream_Stream>) -> u32 {
+    let dimension = (*stream).dimension;
+    (*stream).dimension = dimension + 1u;
+    let word = (*stream).block[dimension % 4u];
+    if dimension % 4u == 3u {
+        (*stream).block = package_lightshed_rng__1threefry4x32_12(vec4u((dimension + 1u) / 4u, (*stream).kind, 0u, 0u), (*stream).key);
+    }
+    return word;
+}
+
+fn package_lightshed_stream__1stream_at(key: vec4u, kind: u32, dimension: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream_Stream(key, kind, dimension, package_lightshed_rng__1threefry4x32_12(vec4u(dimension / 4u, kind, 0u, 0u), key));
+}
+
+fn package_lightshed_stream__2stream_of_sample(seed: vec2u, pixel: u32, sample: u32, dimension: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream__1stream_at(vec4u(seed, pixel, sample), 0u, dimension);
+}
+
+struct package_lightshed_surface_CornerNormals {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+struct package_lightshed_surface_CornerUvs {
+    a: vec2f,
+    b: vec2f,
+    c: vec2f
+}
+
+struct package_lightshed_surface_SurfacePoint {
+    position: vec3f,
+    offset: f32,
+    geometric_normal: vec3f,
+    material: package_lightshed_material_MaterialAt,
+    shading: package_lightshed_frame_Frame,
+    emitter: u32
+}
+
+struct package_lightshed_surface_Triangle {
+    a: vec3f,
+    b_x: f32,
+    b_yz: vec2f,
+    c_xy: vec2f,
+    c_z: f32,
+    normal_x: f32,
+    normal_yz: vec2f,
+    material: u32,
+    emitter: u32,
+    normals: u32,
+    uvs: u32
+}
+
+const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+
+fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
+    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+}
+
+fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
+    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+}
+
+fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
+}
+
+fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    let a = triangle.a;
+    let b = vec3f(triangle.b_x, triangle.b_yz);
+    let c = vec3f(triangle.c_xy, triangle.c_z);
+    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
+    let v = hit.barycentric.x;
+    let w = hit.barycentric.y;
+    let u = max(1.0 - v - w, 0.0);
+    let term_a = a * u;
+    let term_b = b * v;
+    let term_c = c * w;
+    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
+    var shading_normal = normal;
+    if triangle.normals != package_lightshed_ray_NOTHING {
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
+        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
+    }
+    var uv = vec2f(v, w);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
+        uv = uvs.a * u + uvs.b * v + uvs.c * w;
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+fn package_lightshed_surface_spawn(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(package_lightshed_surface__1origin_towards(point, direction), package_lightshed_ray__1NO_END, direction, 0u);
+}
+
+const package_lightshed_texture_CHECKERBOARD: u32 = 2u;
+
+const package_lightshed_texture_MIRRORED: u32 = 1u;
+
+const package_lightshed_texture_NEAREST: u32 = 1u;
+
+struct package_lightshed_texture_Neighbours {
+    first: u32,
+    second: u32,
+    share: f32
+}
+
+const package_lightshed_texture_REPEAT: u32 = 0u;
+
+struct package_lightshed_texture_Texture {
+    x_axis: vec2f,
+    y_axis: vec2f,
+    translation: vec2f,
+    size: vec2u,
+    scale: vec3f,
+    first: u32,
+    filtering: u32,
+    wrap: u32,
+    table: u32,
+    padding: u32
+}
+
+const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
+
+fn package_lightshed_texture__1number_at(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
+}
+
+fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
+    let texture = package_memory_scene__1load_texture(index);
+    let x = uv.x;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
+    if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
+        s = 0.0;
+        t = 0.0;
+    }
+    if texture.filtering == package_lightshed_texture_CHECKERBOARD {
+        let other = (s - floor(s) > 0.5) != (t - floor(t) > 0.5);
+        return package_lightshed_texture_texel(texture, select(0u, 1u, other), 0u);
+    }
+    s = package_lightshed_texture_folded(s, texture.wrap);
+    t = package_lightshed_texture_folded(t, texture.wrap);
+    if texture.filtering == package_lightshed_texture_NEAREST {
+        return package_lightshed_texture_texel(texture, u32(s * f32(texture.size.x)), u32(t * f32(texture.size.y))) * texture.scale;
+    }
+    let across = package_lightshed_texture_neighbours(s, texture.size.x, texture.wrap);
+    let down = package_lightshed_texture_neighbours(t, texture.size.y, texture.wrap);
+    let upper = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.first), package_lightshed_texture_texel(texture, across.second, down.first), across.share);
+    let lower = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.second), package_lightshed_texture_texel(texture, across.second, down.second), across.share);
+    return package_lightshed_texture_between(upper, lower, down.share) * texture.scale;
+}
+
+fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
+}
+
+fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
+    if wrap == package_lightshed_texture_REPEAT {
+        return s - floor(s);
+    }
+    if wrap == package_lightshed_texture_MIRRORED {
+        let period = s - 2.0 * floor(0.5 * s);
+        return select(period, 2.0 - period, period > 1.0);
+    }
+    return clamp(s, 0.0, 1.0);
+}
+
+fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
+    let below = floor(position);
+    let last = i32(count) - 1;
+    let index = i32(below);
+    return package_lightshed_texture_Neighbours(package_lightshed_texture_wrapped(index, last, wrap), package_lightshed_texture_wrapped(index + 1, last, wrap), position - below);
+}
+
+fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x: u32, y: u32) -> vec3f {
+    let place = min(y, texture.size.y - 1u) * texture.size.x + min(x, texture.size.x - 1u);
+    if texture.table == package_lightshed_texture__1NO_TABLE {
+        let word = texture.first + 3u * place;
+        return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
+    }
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
+    return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
+}
+
+fn package_lightshed_texture_wrapped(index: i32, last: i32, wrap: u32) -> u32 {
+    if wrap == package_lightshed_texture_REPEAT && index < 0 {
+        return u32(last);
+    }
+    if wrap == package_lightshed_texture_REPEAT && index > last {
+        return 0u;
+    }
+    return u32(clamp(index, 0, last));
+}
+
+struct package_lightshed_triangle_TriangleRay {
+    origin: vec3f,
+    axes: vec3u,
+    shear: vec2f,
+    inverse_z: f32
+}
+
+fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
+    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    let a = package_lightshed_triangle_sheared(ray, a0);
+    let b = package_lightshed_triangle_sheared(ray, b0);
+    let c = package_lightshed_triangle_sheared(ray, c0);
+    let area_a = c.x * b.y - c.y * b.x;
+    let area_b = a.x * c.y - a.y * c.x;
+    let area_c = b.x * a.y - b.y * a.x;
+    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
+    if !inside {
+        return none;
+    }
+    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
+    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+    let t = z * ray.inverse_z * inverse_determinant;
+    if !(t > 0.0 && t < t_max) {
+        return none;
+    }
+    let u = area_a * inverse_determinant;
+    let v = area_b * inverse_determinant;
+    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
+}
+
+fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
+    var d = ray.direction;
+    let m = abs(d);
+    var kz = 2u;
+    if m.x > m.y {
+        kz = select(2u, 0u, m.x > m.z);
+    }
+    else if m.y > m.z {
+        kz = 1u;
+    }
+    let kx = (kz + 1u) % 3u;
+    let ky = (kz + 2u) % 3u;
+    let inverse_z = 1.0 / d[kz];
+    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
+}
+
+fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
+    var p = corner - ray.origin;
+    let z = p[ray.axes.z];
+    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
+}
+
+fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
+fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
+    let t = r * r;
+    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
+    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
+    return vec2f(sine, cosine);
+}
+
+fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
+    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
+    let below = floor(quarters);
+    let rest = quarters - below;
+    let quadrant = u32(below);
+    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
+    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
+    let turned = select(part, part.yx, nearest % 2u == 1u);
+    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
+    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
+
+fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
+    return v * (1.0 / package_lightshed_vector_length3(v));
+}
+
+struct package_lightshed_vmf_VmfLobe {
+    mean: vec3f,
+    concentration: f32,
+    peak: f32,
+    span: f32
+}
+
+const package_lightshed_vmf__1INVERSE_TAU: f32 = 0.15915494;
+
+const package_lightshed_vmf__1LOG2_E: f32 = 1.442695;
+
+const package_lightshed_vmf__1MAX_CONCENTRATION: f32 = 1000000.0;
+
+const package_lightshed_vmf__1UNIFORM_BELOW: f32 = 1e-7;
+
+fn package_lightshed_vmf__1exp_negative(y: f32) -> f32 {
+    return package_lightshed_exponential__1exp2_negative(y * package_lightshed_vmf__1LOG2_E);
+}
+
+fn package_lightshed_vmf__1vmf_concentration(r: f32, gap: f32) -> f32 {
+    let bounded = max(gap, 1.0 / package_lightshed_vmf__1MAX_CONCENTRATION);
+    return min(r * (3.0 - r * r) / (bounded * (2.0 - bounded)), package_lightshed_vmf__1MAX_CONCENTRATION);
+}
+
+fn package_lightshed_vmf__1vmf_lobe(mean: vec3f, concentration: f32) -> package_lightshed_vmf_VmfLobe {
+    let span = package_lightshed_vmf__3one_minus_exp_negative(2.0 * concentration);
+    return package_lightshed_vmf_VmfLobe(mean, concentration, package_lightshed_vmf__1vmf_peak(concentration), span);
+}
+
+fn package_lightshed_vmf__1vmf_pdf(lobe: package_lightshed_vmf_VmfLobe, direction: vec3f) -> f32 {
+    let chord = direction - lobe.mean;
+    return lobe.peak * package_lightshed_vmf__1exp_negative(0.5 * lobe.concentration * package_lightshed_vector_dot3(chord, chord));
+}
+
+fn package_lightshed_vmf__1vmf_peak(concentration: f32) -> f32 {
+    if concentration > package_lightshed_vmf__1UNIFORM_BELOW {
+        return package_lightshed_vmf__1INVERSE_TAU * concentration / package_lightshed_vmf__3one_minus_exp_negative(2.0 * concentration);
+    }
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_vmf__1vmf_sample(lobe: package_lightshed_vmf_VmfLobe, u: vec2f) -> vec3f {
+    var one_minus_cos = 2.0 * u.x;
+    if lobe.concentration > package_lightshed_vmf__1UNIFORM_BELOW {
+        one_minus_cos = min(package_lightshed_vmf__3minus_log_of_rest(u.x * lobe.span) / lobe.concentration, 2.0);
+    }
+    let sin_theta = sqrt(one_minus_cos * (2.0 - one_minus_cos));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    let local = vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - one_minus_cos);
+    return package_lightshed_frame__1to_world(package_lightshed_frame__2frame_from_normal(lobe.mean), local);
+}
+
+fn package_lightshed_vmf__3minus_log_of_rest(x: f32) -> f32 {
+    let rounded = 1.0 - package_lightshed_float__2as_it_is(1.0 - x);
+    if rounded > 0.0 {
+        return package_lightshed_exponential_exponential(rounded) * (x / rounded);
+    }
+    return x;
+}
+
+fn package_lightshed_vmf__3one_minus_exp_negative(y: f32) -> f32 {
+    if y > 1.0 {
+        return 1.0 - package_lightshed_vmf__1exp_negative(y);
+    }
+    var series = 1.0;
+    for (var n = 11.0; n > 1.0; n -= 1.0) {
+        series = 1.0 - y / n * series;
+    }
+    return y * series;
+}
+
+const package_lightshed_warp_TAU: f32 = 6.2831855;
+
+const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__1cosine_hemisphere(u: vec2f) -> vec3f {
+    let point = package_lightshed_warp__3concentric_disk_with_radius(u);
+    let radius = abs(point.z);
+    return vec3f(point.xy, sqrt(max((1.0 - radius) * (1.0 + radius), package_lightshed_warp__1F32_EPSILON)));
+}
+
+fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
+    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
+}
+
+fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
+    let half = 0.5 * min(u.x, u.y);
+    let b = u - half;
+    return vec3f(b, 1.0 - b.x - b.y);
+}
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
+}
+
+fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
+    let a_low = a & 65535u;
+    let a_high = a >> 16u;
+    let b_low = b & 65535u;
+    let b_high = b >> 16u;
+    let low = a_low * b_low;
+    let middle = a_high * b_low + (low >> 16u);
+    let other = a_low * b_high + (middle & 65535u);
+    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1pixel_stream(pixel: u32, sample: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream__2stream_of_sample(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, 0u);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1streamed_ray(pixel: u32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_ray_Ray {
+    let dx = package_lightshed_stream__1next_number(stream);
+    let dy = package_lightshed_stream__1next_number(stream);
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens.x = package_lightshed_stream__1next_number(stream);
+        u_lens.y = package_lightshed_stream__1next_number(stream);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + vec2f(dx, dy), u_lens);
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_delta_emitter(index: u32) -> package_lightshed_emitter_DeltaEmitter {
+    let row = package_memory_scene_emitters[index];
+    return package_lightshed_emitter_DeltaEmitter(row.corner, row.pdf_area, row.edge0, row.radiance_r, row.edge1, row.radiance_g, row.normal.x, row.normal.y, 0u, 0u);
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
