@@ -11,26 +11,26 @@ use lightshed_lights::Curve;
 pub(crate) struct TreeShape {
     lights: u32,
     depth: u32,
-    /// Levels that a step goes down.
+    /// Levels per traversal step.
     stride: u32,
-    /// How distance enters a node's weight, by the module's numbers.
+    /// How distance affects a node's weight; the numbers are defined in the module.
     weighting: u32,
 }
 
 const _: () = assert!(size_of::<TreeShape>() == 16);
 
-/// As `PerfectTreeOptions::default` has them.
+/// The values of `PerfectTreeOptions::default`.
 const STRIDE: u32 = 3;
 const MIN_MAX: u32 = 1;
 
 /// The emitting triangles of a scene in a perfect light tree that the device builds.
 pub(crate) struct EmitterTree {
     pub tree: GpuLightTree,
-    /// Whether any of them shines; otherwise the tree is useless.
+    /// Whether any triangle emits. Without one the tree is not used.
     pub shines: bool,
-    /// How long each dispatch of the building ran.
+    /// Run times of the build's dispatches.
     pub build_times: Vec<PassTime>,
-    /// What it is built by and of.
+    /// The builder and its inputs.
     source: Option<(LightTreeBuilder, Buffer)>,
 }
 
@@ -52,7 +52,7 @@ impl EmitterTree {
         Ok(built)
     }
 
-    /// Memory in place of a tree that is not used.
+    /// An empty tree, to bind where none is used.
     pub fn unused(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             tree: GpuLightTree::new(gpu, 1, Curve::Hilbert)?,
@@ -62,7 +62,7 @@ impl EmitterTree {
         })
     }
 
-    /// Records the building of the tree, the same as it was.
+    /// Records the commands that build the same tree again.
     pub fn rebuild(&self, work: &mut Work) {
         if let Some((builder, records)) = &self.source
             && self.shines
@@ -71,7 +71,7 @@ impl EmitterTree {
         }
     }
 
-    /// What shaders are told of it.
+    /// The parameters that shaders read.
     pub fn shape(&self) -> TreeShape {
         TreeShape {
             lights: self.tree.lights(),

@@ -1,19 +1,20 @@
-//! Into which cluster a primitive goes.
+//! Chooses the cluster for a primitive.
 //!
-//! Candidates are the clusters of the subset's primitives around it on the curve. It goes where the
-//! tree's cost by the surface area heuristic grows least (Dittebrandt 2025, eq. 8.11),
+//! Candidates are the clusters of the subset's primitives near it on the curve. The choice is the
+//! cluster that increases the tree's cost by the surface area heuristic least (Dittebrandt 2025,
+//! eq. 8.11),
 //!
 //! > `I(p, N_l) = C_T Σ_{N_p} (A(N'_p) − A(N_p)) + C_I (A(N'_l) |N'_l| − A(N_l) |N_l|)`,
 //!
 //! the sum over the ancestors of the cluster. Growth at the clusters themselves is computed for
-//! eight candidates at a time; a candidate's ancestors are looked at only as long as it can still
-//! be the best (Algorithm 7).
+//! eight candidates at a time; the ancestors of a candidate are visited only while it can
+//! still be the best (Algorithm 7).
 
 use crate::item::BoxItem;
 use crate::node::Node;
 use lightshed_lanes::{LANES, LaneMask, Lanes};
 
-/// No ancestor.
+/// Stands for the parent of the root.
 const NONE: u32 = u32::MAX;
 
 /// The upper tree as an insertion sees it.
@@ -76,8 +77,7 @@ impl Clusters {
         }
     }
 
-    /// Growth at the ancestors of a cluster, added to the growth at the cluster itself, as long as
-    /// it is less than `limit`.
+    /// The cost increase at a cluster and its ancestors. Stops when it reaches `limit`.
     #[inline(always)]
     fn cost_above(&self, item: &BoxItem, cluster: u32, at_leaf: f32, limit: f32) -> f32 {
         let mut cost = at_leaf;
@@ -86,7 +86,7 @@ impl Clusters {
             node = self.nodes[node as usize].index();
             let own = &self.nodes[node as usize];
             let union = item.union(own);
-            // What contains the item is contained in boxes that do.
+            // All further ancestors contain the item, too.
             if union.has_box_of(own) {
                 break;
             }
@@ -114,7 +114,7 @@ impl Clusters {
             };
             let values = costs.store();
             while left != 0 {
-                // The one that costs least so far is the likeliest.
+                // The candidate with the least cost so far is the most likely choice.
                 let value = costs.least_of(left);
                 if value.first() > best_cost {
                     break;

@@ -5,6 +5,8 @@
 //! XML), `pbrt` (pbrt-v4, NanoVDB), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR,
 //! OpenEXR; both need it), and `importers` for all.
 
+#[cfg(feature = "gltf")]
+mod draco;
 mod error;
 mod fit;
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]

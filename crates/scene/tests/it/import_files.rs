@@ -395,7 +395,7 @@ fn spectra_grids_and_compressed_files_are_found() {
         "`cloud` is homogeneous",
         "`rgbgrid` is homogeneous",
         "substance",
-        "`no.tga`",
+        "no.tga: unknown file extension",
     ] {
         assert!(said.contains(what), "{what}: {said}");
     }

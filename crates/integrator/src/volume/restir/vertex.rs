@@ -5,34 +5,34 @@ use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::{DensityField, PhaseFunction};
 use lightshed_scene::{Bsdf, EmitterConnection, Emitters, Medium, MediumDensity, Ray, SurfacePoint};
 
-/// Light by way of a lobe without width.
+/// What a delta lobe reflects or transmits to the viewer.
 pub(crate) struct Reflected {
     /// Unit direction towards the light.
     pub direction: Vec3,
-    /// Of radiance from there.
+    /// Factor of the radiance that arrives from this direction.
     pub share: DVec3,
-    /// Of choosing the lobe.
+    /// Probability of choosing the lobe.
     pub probability: f64,
-    /// Index of refraction where light comes from over that where it goes to.
+    /// Ratio of the indices of refraction, incident side over transmitted side.
     pub eta: f64,
 }
 
 /// A vertex that scatters.
-// A box would be an allocation for each vertex.
+// Not boxed: each vertex would cost an allocation.
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Vertex<'a> {
     Medium {
         medium: &'a Medium,
         index: u32,
         position: Vec3,
-        /// Of the ray that came.
+        /// Direction of the ray that led here.
         incoming: Vec3,
     },
     Surface {
         point: SurfacePoint,
         bsdf: Bsdf,
         wo: Vec3,
-        /// What is around it where the ray came from.
+        /// The medium on the side that the ray came from.
         medium: Option<u32>,
     },
 }
@@ -56,8 +56,8 @@ impl Vertex<'_> {
         }
     }
 
-    /// The direction in which a lobe without width sends light that reaches the viewer, and its
-    /// share. `None` for vertices in media and other lobes.
+    /// The direction from which a delta lobe sends light to the viewer, and its factor. `None` in
+    /// media and for other lobes.
     pub fn reflected(&self, lobe: u8) -> Option<Reflected> {
         let Self::Surface { point, bsdf, wo, .. } = self else {
             return None;
@@ -82,8 +82,7 @@ impl Vertex<'_> {
         }
     }
 
-    /// Density of solid angle at which a direction is sampled from here, but for lobes without
-    /// width.
+    /// Density with respect to solid angle of sampling a direction here, without delta lobes.
     pub fn pdf_towards(&self, direction: Vec3) -> f64 {
         match self {
             Self::Medium { .. } => self.phase(direction),
@@ -103,7 +102,7 @@ impl Vertex<'_> {
         }
     }
 
-    /// Whether no lobe is without width.
+    /// Whether there are no delta lobes.
     pub fn is_wide(&self) -> bool {
         match self {
             Self::Medium { .. } => true,
@@ -121,7 +120,7 @@ impl Vertex<'_> {
         }
     }
 
-    /// The ray that leaves in a unit direction, and the medium that it gets into.
+    /// The ray that leaves in a unit direction, and the medium that it enters.
     pub fn leave(&self, volumes: &Volumes<'_>, direction: Vec3) -> (Ray, Option<u32>) {
         match self {
             Self::Medium { position, index, .. } => (Ray::new(*position, direction), Some(*index)),
@@ -174,7 +173,7 @@ pub(crate) fn emission(medium: &Medium, position: Vec3) -> DVec3 {
     extinction(medium, position) * medium.emission_per_collision(position).as_dvec3()
 }
 
-/// A vertex on a surface that `ray` met, having come through `medium`.
+/// The vertex where `ray`, which travelled through `medium`, met a surface.
 pub(crate) fn surface_vertex<'a>(
     volumes: &Volumes<'_>,
     point: SurfacePoint,

@@ -1,7 +1,9 @@
 //! Typed data of glTF accessors, every offset checked against the buffers.
 
-use super::mend::CompressedView;
+use super::mend::{CompressedView, PackedMesh};
 use super::meshopt::{Compressed, decode};
+use crate::import::draco::{self, Fault, Kind};
+use crate::import::error::ImportError;
 use gltf::Document;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::View;
@@ -13,6 +15,24 @@ pub(super) struct Buffers {
     buffers: Vec<Vec<u8>>,
     /// Views that were compressed.
     decompressed: HashMap<usize, Vec<u8>>,
+    /// Accessors whose data were in a compressed mesh, or why they have none.
+    unpacked: HashMap<usize, Result<Unpacked, String>>,
+    /// Views of the meshes that were decompressed.
+    unpacked_views: HashMap<usize, Result<draco::Mesh, String>>,
+}
+
+/// Data of an accessor.
+struct Unpacked {
+    kind: DataType,
+    /// Numbers an item.
+    width: usize,
+    bytes: Vec<u8>,
+}
+
+impl Unpacked {
+    fn item_size(&self) -> usize {
+        self.width * self.kind.size()
+    }
 }
 
 impl Buffers {
@@ -21,6 +41,68 @@ impl Buffers {
         Self {
             buffers,
             decompressed: HashMap::new(),
+            unpacked: HashMap::new(),
+            unpacked_views: HashMap::new(),
+        }
+    }
+
+    /// Decompresses a mesh. What is wrong with one is an error where its accessors are read; errs
+    /// only if it needs too much.
+    pub(super) fn unpack(
+        &mut self,
+        document: &Document,
+        packed: &PackedMesh,
+        spend: &draco::Spend,
+    ) -> Result<(), ImportError> {
+        if !self.unpacked_views.contains_key(&packed.view) {
+            let bytes = match document.views().nth(packed.view) {
+                Some(view) => self.view(&view),
+                None => Err(format!("there is no buffer view {}", packed.view)),
+            };
+            let mesh = match bytes.map(|bytes| draco::decode(bytes, spend)) {
+                Ok(Ok(mesh)) => Ok(mesh),
+                Ok(Err(Fault::Budget(error))) => return Err(*error),
+                Ok(Err(Fault::Data(what))) => Err(format!("a mesh compressed by Draco: {what}")),
+                Err(what) => Err(what),
+            };
+            self.unpacked_views.insert(packed.view, mesh);
+        }
+        let mesh = &self.unpacked_views[&packed.view];
+        let failed = |what: &String| -> Result<Unpacked, String> { Err(what.clone()) };
+        for &(accessor, id) in &packed.attributes {
+            let found = match mesh {
+                Err(what) => failed(what),
+                Ok(mesh) => match mesh.attributes.iter().find(|attribute| attribute.id == id) {
+                    None => Err(format!("the compressed mesh has no attribute {id}")),
+                    Some(attribute) => Ok(Unpacked {
+                        kind: data_type(attribute.kind),
+                        width: attribute.width,
+                        bytes: attribute.bytes.clone(),
+                    }),
+                },
+            };
+            self.unpacked.insert(accessor, found);
+        }
+        if let Some(accessor) = packed.indices {
+            let corners = |mesh: &draco::Mesh| Unpacked {
+                kind: DataType::U32,
+                width: 1,
+                bytes: bytemuck::cast_slice::<u32, u8>(mesh.triangles.as_flattened()).to_vec(),
+            };
+            let found = match mesh {
+                Err(what) => failed(what),
+                Ok(mesh) => Ok(corners(mesh)),
+            };
+            self.unpacked.insert(accessor, found);
+        }
+        Ok(())
+    }
+
+    /// Items of an accessor: those that a compressed mesh has, whatever the file says.
+    pub(super) fn count(&self, accessor: &gltf::Accessor) -> usize {
+        match self.unpacked.get(&accessor.index()) {
+            Some(Ok(unpacked)) => unpacked.bytes.len() / unpacked.item_size().max(1),
+            Some(Err(_)) | None => accessor.count(),
         }
     }
 
@@ -95,6 +177,17 @@ impl Buffers {
         if dimensions.get(N - 1) != Some(&accessor.dimensions()) {
             return Err(format!("accessor {} has the wrong dimensions", accessor.index()));
         }
+        if let Some(unpacked) = self.unpacked.get(&accessor.index()) {
+            let unpacked = unpacked.as_ref().map_err(String::clone)?;
+            if unpacked.width != N {
+                return Err(format!("accessor {} has the wrong dimensions", accessor.index()));
+            }
+            let size = unpacked.kind.size();
+            let item = |bytes: &[u8]| -> [f32; N] {
+                std::array::from_fn(|i| component(&bytes[i * size..], unpacked.kind, accessor.normalized()))
+            };
+            return Ok(unpacked.bytes.chunks_exact(N * size).map(item).collect());
+        }
         let (kind, normalized) = (accessor.data_type(), accessor.normalized());
         let width = accessor.size() / N;
         let item = |bytes: &[u8]| -> [f32; N] {
@@ -163,6 +256,11 @@ impl Buffers {
 
     /// An accessor of vertex indices.
     pub(super) fn indices(&self, accessor: &gltf::Accessor) -> Result<Vec<u32>, String> {
+        if let Some(unpacked) = self.unpacked.get(&accessor.index()) {
+            let unpacked = unpacked.as_ref().map_err(String::clone)?;
+            let items = unpacked.bytes.chunks_exact(unpacked.item_size());
+            return Ok(items.map(|bytes| index(bytes, unpacked.kind)).collect());
+        }
         let kind = accessor.data_type();
         if accessor.dimensions() != Dimensions::Scalar
             || !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32)
@@ -180,6 +278,18 @@ impl Buffers {
         };
         let items = self.items_of(accessor, &view)?;
         Ok(items.map(|bytes| index(bytes, kind)).collect())
+    }
+}
+
+fn data_type(kind: Kind) -> DataType {
+    match kind {
+        Kind::I8 => DataType::I8,
+        Kind::U8 => DataType::U8,
+        Kind::I16 => DataType::I16,
+        Kind::U16 => DataType::U16,
+        // glTF has no signed numbers of 32 bits.
+        Kind::I32 | Kind::U32 => DataType::U32,
+        Kind::F32 => DataType::F32,
     }
 }
 

@@ -42,10 +42,8 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         source: Box::<json::Error>::new(source),
     };
     let mut value: json::Value = json::deserialize::from_slice(text).map_err(broken)?;
-    let malformed =
-        |(element, what): Note| ImportError::unsupported(Location::file(path).element(element), what);
     let (nodes, skins) = (super::extras::of_nodes(&value), super::extras::skins(&value));
-    let notes = mend::mend(&mut value).map_err(malformed)?;
+    let (notes, packed) = mend::mend(&mut value);
     let (compressed, fallbacks) = mend::compressed(&mut value);
     let extras = super::extras::of_materials(&value);
     let root = document(&value).map_err(|what| ImportError::malformed(Location::file(path), what))?;
@@ -68,6 +66,7 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         blob,
         notes,
         compressed,
+        packed,
         fallbacks,
         extras,
         nodes,
@@ -84,6 +83,8 @@ pub(super) struct Opened {
     pub(super) notes: Vec<Note>,
     /// Buffer views that are compressed.
     pub(super) compressed: Vec<mend::CompressedView>,
+    /// Meshes that are compressed.
+    pub(super) packed: Vec<mend::PackedMesh>,
     /// By buffer, whether nothing of it is read: its views are decompressed from another.
     pub(super) fallbacks: Vec<bool>,
     /// What the crate does not know of the materials.

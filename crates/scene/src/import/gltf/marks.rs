@@ -33,8 +33,9 @@ impl Importer<'_> {
         element: &str,
     ) -> Result<(), ImportError> {
         // At most so many vertices and triangles come of each corner.
-        let count = primitive.get(&Semantic::Positions).map_or(0, |a| a.count());
-        let corners = primitive.indices().map_or(count, |a| a.count());
+        let count = |accessor| self.buffers.count(&accessor);
+        let vertices = primitive.get(&Semantic::Positions).map_or(0, count);
+        let corners = primitive.indices().map_or(vertices, count);
         self.loading
             .spend_mesh(corners.saturating_mul(8), corners.saturating_mul(8), || {
                 self.location(element)
@@ -57,7 +58,9 @@ impl Importer<'_> {
                 return Err("a vertex attribute is not finite".to_owned());
             }
             let colors = match primitive.get(&Semantic::Colors(0)) {
-                Some(accessor) if accessor.count() == positions.len() => self.colors(&accessor)?,
+                Some(accessor) if self.buffers.count(&accessor) == positions.len() => {
+                    self.colors(&accessor)?
+                }
                 _ => vec![Rgb::ONE; positions.len()],
             };
             let corners = match primitive.indices() {
@@ -87,8 +90,10 @@ impl Importer<'_> {
                 segments,
             })
         };
-        let marks = read().map_err(|what| self.malformed(element, what))?;
-        self.marks.push(marks);
+        match read() {
+            Ok(marks) => self.marks.push(marks),
+            Err(what) => self.leave_out(element, what),
+        }
         Ok(())
     }
 

@@ -22,8 +22,8 @@ const UNDERSTOOD: [&str; 12] = [
     "KHR_draco_mesh_compression",
 ];
 
-/// Mends a document; the warnings, or what makes it unusable.
-pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
+/// Mends a document; the warnings, and the meshes that are compressed as a whole.
+pub(super) fn mend(root: &mut Value) -> (Vec<Note>, Vec<PackedMesh>) {
     let mut notes = Vec::new();
     tidy(root);
     required(root, &mut notes);
@@ -50,7 +50,7 @@ pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
     for name in ["animations", "skins"] {
         remove(root, name);
     }
-    primitives(root)?;
+    let packed = primitives(root);
     for (index, texture) in items(root, "textures") {
         source(texture, index, &mut notes);
     }
@@ -77,7 +77,7 @@ pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
             from_glossiness(material, &gloss);
         }
     }
-    Ok(notes)
+    (notes, packed)
 }
 
 /// Whole numbers with a point become integers, since the crate asks for these where the
@@ -149,19 +149,24 @@ fn scenes(root: &mut Value, notes: &mut Vec<Note>) {
 
 /// Attributes of an application's own are no concern of an image. Positions get the bounds that the
 /// crate asks for.
-fn primitives(root: &mut Value) -> Result<(), Note> {
+fn primitives(root: &mut Value) -> Vec<PackedMesh> {
     let mut positions = Vec::new();
     let has_data: Vec<bool> = items(root, "accessors")
         .map(|(_, accessor)| accessor.get("bufferView").is_some() || accessor.get("sparse").is_some())
         .collect();
-    for (m, mesh) in items(root, "meshes") {
-        for (p, primitive) in items(mesh, "primitives") {
-            let is_draco = primitive
-                .pointer("/extensions/KHR_draco_mesh_compression")
-                .is_some();
+    let packed = packed(root, &has_data);
+    let mut will_have_data = has_data.clone();
+    for mesh in &packed {
+        let accessors = mesh.attributes.iter().map(|(accessor, _)| *accessor);
+        for accessor in accessors.chain(mesh.indices) {
+            will_have_data[accessor] = true;
+        }
+    }
+    for (_, mesh) in items(root, "meshes") {
+        for (_, primitive) in items(mesh, "primitives") {
             let is_empty = |accessor: &Value| {
                 let index = accessor.as_u64().and_then(|index| usize::try_from(index).ok());
-                index.is_some_and(|index| has_data.get(index) == Some(&false))
+                index.is_some_and(|index| will_have_data.get(index) == Some(&false))
             };
             let is_flat = primitive.get("indices").is_some_and(is_empty);
             let Some(attributes) = primitive.get_mut("attributes").and_then(Value::as_object_mut) else {
@@ -170,11 +175,6 @@ fn primitives(root: &mut Value) -> Result<(), Note> {
             attributes.retain(|name, _| is_known(name));
             let position = attributes.get("POSITION").and_then(Value::as_u64);
             let position = position.and_then(|index| usize::try_from(index).ok());
-            if is_draco && position.is_some_and(|index| has_data.get(index) == Some(&false)) {
-                let message = "the mesh is compressed by Draco, which is not supported: decompress the file, \
-                               for instance with `gltf-transform copy`";
-                return Err((format!("meshes[{m}]/primitives[{p}]"), message.to_owned()));
-            }
             // Without data all is zero: normals that are none, one corner for all triangles.
             attributes.retain(|name, accessor| !(is_empty(accessor) || (is_flat && name == "POSITION")));
             if is_flat {
@@ -202,7 +202,48 @@ fn primitives(root: &mut Value) -> Result<(), Note> {
             }
         }
     }
-    Ok(())
+    packed
+}
+
+/// A mesh that Draco compresses, and accessors that have no data of their own.
+pub(super) struct PackedMesh {
+    pub(super) view: usize,
+    /// Accessors with the numbers of their attributes in the compressed mesh.
+    pub(super) attributes: Vec<(usize, u32)>,
+    /// The accessor of the triangles.
+    pub(super) indices: Option<usize>,
+}
+
+fn packed(root: &mut Value, has_data: &[bool]) -> Vec<PackedMesh> {
+    let number = |value: &Value| value.as_u64().and_then(|number| usize::try_from(number).ok());
+    let without_data = |value: Option<&Value>| {
+        let accessor = number(value?)?;
+        (has_data.get(accessor) == Some(&false)).then_some(accessor)
+    };
+    let mut packed = Vec::new();
+    for (_, mesh) in items(root, "meshes") {
+        for (_, primitive) in items(mesh, "primitives") {
+            let Some(draco) = primitive.pointer("/extensions/KHR_draco_mesh_compression") else {
+                continue;
+            };
+            let (Some(view), Some(ids)) = (
+                draco.get("bufferView").and_then(number),
+                draco.get("attributes").and_then(Value::as_object),
+            ) else {
+                continue;
+            };
+            let attribute = |(name, id): (&String, &Value)| {
+                let accessor = without_data(primitive.pointer(&format!("/attributes/{name}")))?;
+                Some((accessor, u32::try_from(id.as_u64()?).ok()?))
+            };
+            packed.push(PackedMesh {
+                view,
+                attributes: ids.iter().filter_map(attribute).collect(),
+                indices: without_data(primitive.get("indices")),
+            });
+        }
+    }
+    packed
 }
 
 /// Whether the specification has an attribute of this name.

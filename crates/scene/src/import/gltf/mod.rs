@@ -2,16 +2,17 @@
 //!
 //! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
 //! metallic-roughness materials with factors, textures, normal maps, alpha and vertex colours, the
-//! first perspective camera, and of the extensions `KHR_lights_punctual`,
-//! `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
-//! `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`, `KHR_materials_specular`,
-//! `KHR_materials_transmission`, `KHR_materials_unlit`, `KHR_materials_volume` (what transmits all
-//! light and has a thickness refracts, and absorbs at its boundaries what the thickness would),
-//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_mesh_gpu_instancing`,
-//! `EXT_meshopt_compression` and `EXT_texture_webp`; of `KHR_materials_variants` the material that
-//! a primitive has without a choice. Skins and morph targets have the pose and the weights that
-//! the file gives its nodes. What is left out (animations, other extensions whether required or
-//! not, images that cannot be found) is a warning.
+//! first perspective camera, and of the extensions `KHR_draco_mesh_compression`,
+//! `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`,
+//! `KHR_materials_ior`, `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`,
+//! `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+//! `KHR_materials_volume` (what transmits all light and has a thickness refracts, and absorbs at
+//! its boundaries what the thickness would), `KHR_mesh_quantization`, `KHR_texture_transform`,
+//! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression` and `EXT_texture_webp`; of
+//! `KHR_materials_variants` the material that a primitive has without a choice. Skins and morph
+//! targets have the pose and the weights that the file gives its nodes. What is left out
+//! (animations, other extensions whether required or not, images that cannot be found) is a
+//! warning.
 //!
 //! Textures of emission become emission that is constant over each triangle, where triangles are
 //! split until it hardly varies. An unlit material emits its colour and scatters nothing.
@@ -79,10 +80,11 @@ const BRIGHT: f64 = 20.0 * std::f64::consts::PI;
 const ENOUGH: f64 = 0.5;
 
 /// Extensions that are understood.
-const EXTENSIONS: [&str; 17] = [
+const EXTENSIONS: [&str; 18] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
@@ -134,6 +136,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         blob,
         notes,
         compressed,
+        packed,
         fallbacks,
         extras,
         nodes,
@@ -147,6 +150,12 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         buffers
             .decompress(&view)
             .map_err(|what| ImportError::malformed(element(), what))?;
+    }
+    for mesh in &packed {
+        let element = || Location::file(path).element(format!("bufferViews[{}]", mesh.view));
+        buffers.unpack(&document, mesh, &|resource, amount| {
+            loading.spend(resource, amount, element)
+        })?;
     }
     let mut importer = Importer {
         path,
@@ -171,6 +180,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         visited: vec![false; document.nodes().len()],
         has_camera: false,
         marks: Vec::new(),
+        broken: None,
     };
     for (element, message) in notes {
         importer.warn(&element, message);
@@ -240,6 +250,9 @@ struct Importer<'a> {
     has_camera: bool,
     /// Points and lines.
     marks: Vec<Marks>,
+    /// The first thing that was left out because it is broken: what is wrong with a file of which
+    /// nothing is left.
+    broken: Option<ImportError>,
 }
 
 impl Importer<'_> {
@@ -259,6 +272,9 @@ impl Importer<'_> {
             self.node(&node, &DAffine3::IDENTITY, 0)?;
         }
         self.place_marks();
+        if let Some(broken) = self.broken.take_if(|_| self.description.shapes.is_empty()) {
+            return Err(broken);
+        }
         self.leave_out_flat();
         if !self.has_camera {
             fit::camera(&mut self.description);
@@ -361,6 +377,13 @@ impl Importer<'_> {
     fn warn(&mut self, element: &str, message: impl Into<String>) {
         let location = self.location(element);
         Warning::push(&mut self.warnings, location, message.into());
+    }
+
+    /// Leaves out what is broken, with a warning.
+    fn leave_out(&mut self, element: &str, what: String) {
+        self.warn(element, format!("left out: {what}"));
+        let error = ImportError::malformed(self.location(element), what);
+        self.broken.get_or_insert(error);
     }
 
     fn malformed(&self, element: &str, message: impl Into<String>) -> ImportError {

@@ -32,6 +32,21 @@ fn short(name: Option<&str>) -> String {
     name.unwrap_or("mesh").chars().take(LONGEST_NAME).collect()
 }
 
+/// An attribute that was read, or none with a note if it is wrong.
+fn kept<T>(
+    values: Option<Result<Vec<T>, String>>,
+    is_finite: impl Fn(&T) -> bool,
+    note: &mut dyn FnMut(String),
+) -> Vec<T> {
+    match values {
+        Some(Ok(values)) if values.iter().all(is_finite) => return values,
+        Some(Ok(_)) => note("a vertex attribute is not finite".to_owned()),
+        Some(Err(what)) => note(what),
+        None => {}
+    }
+    Vec::new()
+}
+
 /// A mesh's place and pose.
 struct Placed<'a> {
     to_world: DAffine3,
@@ -51,7 +66,8 @@ impl Importer<'_> {
         let element = format!("nodes[{}]", node.index());
         // glTF demands a forest; anything else could be walked for ever.
         if std::mem::replace(&mut self.visited[node.index()], true) {
-            return Err(self.malformed(&element, "the node is reached twice"));
+            self.leave_out(&element, "the node is reached twice".to_owned());
+            return Ok(());
         }
         self.loading.check_depth(depth, || self.location(&element))?;
         let extras = self.nodes.get(node.index()).cloned().unwrap_or_default();
@@ -60,7 +76,8 @@ impl Importer<'_> {
         }
         let to_world = *parent * local(node);
         if !to_world.is_finite() {
-            return Err(self.malformed(&element, "the transform is not finite"));
+            self.leave_out(&element, "the transform is not finite".to_owned());
+            return Ok(());
         }
         if let Some(mesh) = node.mesh() {
             let skin = extras.skin.and_then(|skin| self.skins.get(skin)).cloned();
@@ -74,8 +91,11 @@ impl Importer<'_> {
             match extras.instances {
                 None => self.mesh(&mesh, &placed)?,
                 Some(lists) => {
-                    let instances = self.instances(&lists);
-                    for instance in instances.map_err(|what| self.malformed(&element, what))? {
+                    let instances = self.instances(&lists).unwrap_or_else(|what| {
+                        self.leave_out(&element, what);
+                        Vec::new()
+                    });
+                    for instance in instances {
                         placed.to_world = to_world * instance;
                         self.mesh(&mesh, &placed)?;
                     }
@@ -105,11 +125,9 @@ impl Importer<'_> {
                 self.mark(&primitive, &placed.to_world, name, &element)?;
                 continue;
             }
-            let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, |a| a.count());
-            let triangles = match (
-                primitive.indices().map_or(vertices, |a| a.count()),
-                primitive.mode(),
-            ) {
+            let count = |accessor| self.buffers.count(&accessor);
+            let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, count);
+            let triangles = match (primitive.indices().map_or(vertices, count), primitive.mode()) {
                 (corners, Mode::Triangles) => corners / 3,
                 (corners, _) => corners,
             };
@@ -137,9 +155,18 @@ impl Importer<'_> {
                 emission_texture,
                 texture_set,
             } = self.material(&primitive.material())?;
-            let mut geometry = self
-                .triangles(&primitive, texture_set)
-                .map_err(|what| self.malformed(&element, what))?;
+            let mut notes = Vec::new();
+            let read = self.triangles(&primitive, texture_set, &mut notes);
+            for what in notes {
+                self.warn(&element, format!("left out: {what}"));
+            }
+            let mut geometry = match read {
+                Ok(geometry) => geometry,
+                Err(what) => {
+                    self.leave_out(&element, what);
+                    continue;
+                }
+            };
             if geometry.indices.is_empty() {
                 self.warn(&element, "no triangles: left out");
                 continue;
@@ -234,7 +261,14 @@ impl Importer<'_> {
         index
     }
 
-    fn triangles(&self, primitive: &gltf::Primitive, texture_set: u32) -> Result<TriangleMesh, String> {
+    /// The mesh of a primitive. Attributes that are wrong are left out, with a note each; without
+    /// positions or triangles there is no mesh.
+    fn triangles(
+        &self,
+        primitive: &gltf::Primitive,
+        texture_set: u32,
+        notes: &mut Vec<String>,
+    ) -> Result<TriangleMesh, String> {
         let read3 = |accessor: &gltf::Accessor| -> Result<Vec<Vec3>, String> {
             let values = self.buffers.vectors::<3>(self.document, accessor)?;
             Ok(values.into_iter().map(Vec3::from_array).collect())
@@ -243,33 +277,44 @@ impl Importer<'_> {
             .get(&gltf::Semantic::Positions)
             .ok_or("the attribute POSITION is missing")?;
         let positions = read3(&positions)?;
-        // Compared before anything is read.
-        let same_count = |name: &str, accessor: &gltf::Accessor| match accessor.count() {
-            count if count == positions.len() => Ok(()),
-            count => Err(format!("{count} of {name} for {} of POSITION", positions.len())),
-        };
-        let normals = match primitive.get(&gltf::Semantic::Normals) {
-            Some(accessor) => {
-                same_count("NORMAL", &accessor)?;
-                read3(&accessor)?
-            }
-            // Flat, says glTF 2.0, §3.7.2.1.
-            None => Vec::new(),
-        };
-        let uvs: Vec<Vec2> = match primitive.get(&gltf::Semantic::TexCoords(texture_set)) {
-            Some(accessor) => {
-                same_count(&format!("TEXCOORD_{texture_set}"), &accessor)?;
-                let values = self.buffers.vectors::<2>(self.document, &accessor)?;
-                // glTF's v points downwards.
-                values.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect()
-            }
-            None => Vec::new(),
-        };
-        let finite =
-            positions.iter().chain(&normals).all(|v| v.is_finite()) && uvs.iter().all(|v| v.is_finite());
-        if !finite {
-            return Err("a vertex attribute is not finite".to_owned());
+        if !positions.iter().all(|position| position.is_finite()) {
+            return Err("a position is not finite".to_owned());
         }
+        let mut optional = |name: String, semantic: gltf::Semantic| {
+            let accessor = primitive.get(&semantic)?;
+            let count = self.buffers.count(&accessor);
+            if count == positions.len() {
+                return Some(accessor);
+            }
+            notes.push(format!("{count} of {name} for {} of POSITION", positions.len()));
+            None
+        };
+        let normals = optional("NORMAL".to_owned(), gltf::Semantic::Normals);
+        let set = gltf::Semantic::TexCoords(texture_set);
+        let uvs = optional(format!("TEXCOORD_{texture_set}"), set);
+        let colors = optional("COLOR_0".to_owned(), gltf::Semantic::Colors(0));
+        let mut or_none = |what: String| notes.push(what);
+        // Without them a surface is flat, says glTF 2.0, §3.7.2.1.
+        let normals = kept(
+            normals.map(|accessor| read3(&accessor)),
+            |v| v.is_finite(),
+            &mut or_none,
+        );
+        let read2 = |accessor: &gltf::Accessor| -> Result<Vec<Vec2>, String> {
+            let values = self.buffers.vectors::<2>(self.document, accessor)?;
+            // glTF's v points downwards.
+            Ok(values.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect())
+        };
+        let uvs = kept(
+            uvs.map(|accessor| read2(&accessor)),
+            |v| v.is_finite(),
+            &mut or_none,
+        );
+        let colors = kept(
+            colors.map(|accessor| self.colors(&accessor)),
+            |_| true,
+            &mut or_none,
+        );
         let corners = match primitive.indices() {
             Some(accessor) => self.buffers.indices(&accessor)?,
             None => (0..positions.len() as u32).collect(),
@@ -297,13 +342,6 @@ impl Importer<'_> {
                 .map(|w| [w[0], w[1], corners[0]])
                 .collect(),
             _ => corners.as_chunks::<3>().0.to_vec(),
-        };
-        let colors = match primitive.get(&gltf::Semantic::Colors(0)) {
-            Some(accessor) => {
-                same_count("COLOR_0", &accessor)?;
-                self.colors(&accessor)?
-            }
-            None => Vec::new(),
         };
         let mut mesh = TriangleMesh {
             positions,

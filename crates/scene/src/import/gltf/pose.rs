@@ -63,7 +63,7 @@ impl Importer<'_> {
             ];
             for (accessor, values) in parts {
                 let Some(accessor) = accessor else { continue };
-                if accessor.count() != values.len() {
+                if self.buffers.count(&accessor) != values.len() {
                     // Normals may be left out of the mesh itself.
                     continue;
                 }
@@ -113,7 +113,7 @@ impl Importer<'_> {
             let (Some(joints), Some(weights)) = (joints, weights) else {
                 break;
             };
-            if joints.count() != count || weights.count() != count {
+            if [&joints, &weights].iter().any(|a| self.buffers.count(a) != count) {
                 return Err("a vertex lacks its joints".to_owned());
             }
             let joints = self.buffers.vectors::<4>(self.document, &joints)?;

@@ -117,23 +117,20 @@ impl Importer<'_> {
         let image = match (uri, view) {
             (Some(uri), _) => match read_uri(uri, self.path, self.loading, || self.location(&element)) {
                 Ok((bytes, path)) => self.decoded(&bytes, encoding, path.as_deref(), &element),
-                Err(error) if is_absent(&error) => self.white(
+                Err(error) if may_be_absent(&error) => self.white(
                     &element,
                     &format!("white is taken for an image: {}", error.chain()),
                 ),
                 Err(error) => return Err(error),
             },
-            (None, Some(view)) => {
-                let bytes = self
-                    .buffers
-                    .view(&view)
-                    .map_err(|what| self.malformed(&element, what))?;
-                let bytes = bytes.to_vec();
-                self.decoded(&bytes, encoding, None, &element)
-            }
-            (None, None) => {
-                return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));
-            }
+            (None, Some(view)) => match self.buffers.view(&view).map(<[u8]>::to_vec) {
+                Ok(bytes) => self.decoded(&bytes, encoding, None, &element),
+                Err(what) => self.white(&element, &format!("white is taken for an image: {what}")),
+            },
+            (None, None) => self.white(
+                &element,
+                "white is taken for an image without a URI or buffer view",
+            ),
         };
         let image = Arc::new(image.map_err(|source| self.referenced(&element, source))?);
         self.images.insert((index, encoding), image.clone());
@@ -210,13 +207,10 @@ const FORMATS: [(&[u8], &str); 5] = [
     (b"MM\0*", "TIFF"),
 ];
 
-/// Whether a file that another refers to is not there, or not to be read.
-fn is_absent(error: &ImportError) -> bool {
-    match error {
-        ImportError::Referenced { source, .. } => is_absent(source),
-        ImportError::Read { .. } | ImportError::Outside { .. } | ImportError::NotAFile { .. } => true,
-        _ => false,
-    }
+/// Whether an image can be left out that was not read for this reason: all but what would take too
+/// much.
+fn may_be_absent(error: &ImportError) -> bool {
+    !matches!(error.innermost(), ImportError::OverBudget { .. })
 }
 
 /// A texture, the set of coordinates that it lies at, and how it is moved there.

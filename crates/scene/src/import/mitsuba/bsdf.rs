@@ -174,12 +174,9 @@ impl Importer<'_> {
                 );
                 Material::Null
             }
-            _ => match self.bsdf_instead(&properties)? {
-                Some(material) => material,
-                None => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
-            },
+            _ => self.bsdf_instead(&properties)?,
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(material)
     }
 

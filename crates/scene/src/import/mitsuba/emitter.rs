@@ -57,16 +57,14 @@ impl Importer<'_> {
             },
             "envmap" => self.environment(&properties)?,
             "area" => return Err(node.malformed("an area emitter belongs into a shape")),
-            kind => {
-                let Some(others) = self.emitters_instead(&properties)? else {
-                    return Err(node.unsupported(format!("the emitter `{kind}` is not supported")));
-                };
-                return others
+            _ => {
+                return self
+                    .emitters_instead(&properties)?
                     .into_iter()
                     .try_for_each(|emitter| self.add_emitter(node, emitter));
             }
         };
-        properties.finish()?;
+        self.finish(&properties);
         self.add_emitter(node, emitter)
     }
 
@@ -125,7 +123,7 @@ impl Importer<'_> {
         } else {
             (properties.color("radiance")?.unwrap_or(Rgb::ONE), None)
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(radiance)
     }
 }

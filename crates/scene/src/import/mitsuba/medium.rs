@@ -87,7 +87,7 @@ impl Importer<'_> {
             [one] => self.phase(one, true)?,
             [_, second, ..] => return Err(second.malformed("a second <phase>")),
         };
-        properties.finish()?;
+        self.finish(&properties);
         let name = match node.attribute("id") {
             Some(id) => id.to_owned(),
             None => format!("{kind} {}", self.description.media.len()),
@@ -139,15 +139,16 @@ impl Importer<'_> {
                     share,
                 }
             }
-            "blendphase" => return Err(node.unsupported("a `blendphase` within another is not supported")),
-            kind @ ("sggx" | "tabphase" | "tabphase_polarized") => {
-                self.warn(node, format!("the phase function `{kind}` is isotropic"));
+            kind => {
+                self.warn(
+                    node,
+                    format!("the phase function `{kind}` is not supported: isotropic"),
+                );
                 properties.all(|_| true);
                 PhaseDescription::Isotropic
             }
-            kind => return Err(node.unsupported(format!("the phase function `{kind}` is not supported"))),
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(phase)
     }
 
@@ -193,7 +194,7 @@ impl Importer<'_> {
             "gridvolume" => self.grid(&properties, matches!(name, "albedo" | "volume"))?,
             kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(Some(volume))
     }
 

@@ -100,20 +100,29 @@ impl<'a> Properties<'a> {
         }
     }
 
-    /// Errs on the first child that nothing has asked for.
-    pub(super) fn finish(&self) -> Result<(), ImportError> {
+    /// The children that nothing has asked for, and what to say of them.
+    pub(super) fn left(&self) -> Vec<(&'a Node, String)> {
         let asked = self.asked.borrow();
-        match asked.iter().position(|asked| !asked) {
+        let children = self.node.children.iter().zip(asked.iter());
+        let kind = self.node.attribute("type").unwrap_or(&self.node.tag);
+        let said = |child: &Node| {
+            let what = match child.attribute("name") {
+                Some(name) => format!("parameter `{name}`"),
+                None => format!("element <{}>", child.tag),
+            };
+            format!("{what} of `{kind}` is not supported")
+        };
+        children
+            .filter(|(_, asked)| !**asked)
+            .map(|(child, _)| (child, said(child)))
+            .collect()
+    }
+
+    /// Errs on the first child that nothing has asked for.
+    fn finish(&self) -> Result<(), ImportError> {
+        match self.left().into_iter().next() {
             None => Ok(()),
-            Some(index) => {
-                let child = &self.node.children[index];
-                let kind = self.node.attribute("type").unwrap_or(&self.node.tag);
-                let what = match child.attribute("name") {
-                    Some(name) => format!("parameter `{name}`"),
-                    None => format!("element <{}>", child.tag),
-                };
-                Err(child.unsupported(format!("{what} of `{kind}` is not supported")))
-            }
+            Some((child, what)) => Err(child.unsupported(what)),
         }
     }
 

@@ -23,23 +23,17 @@ impl<'a> Importer<'a> {
                 [] => Err(node.malformed("a batch without sensors")),
             };
         }
-        if matches!(
-            kind,
-            "irradiancemeter" | "mradiancemeter" | "distant" | "distantflux"
-        ) {
-            self.warn(
-                node,
-                format!("`{kind}` is not supported: the camera looks at the whole scene"),
-            );
-            self.film(&properties)?;
-            properties.all(|_| true);
-            return Ok(false);
-        }
         if !matches!(
             kind,
             "perspective" | "thinlens" | "orthographic" | "radiancemeter"
         ) {
-            return Err(node.unsupported(format!("the sensor `{kind}` is not supported")));
+            self.warn(
+                node,
+                format!("the sensor `{kind}` is not supported: the camera looks at the whole scene"),
+            );
+            self.film(&properties)?;
+            properties.all(|_| true);
+            return Ok(false);
         }
         // Nothing moves, so the shutter changes nothing.
         properties.ignore(&["shutter_open", "shutter_close"]);
@@ -103,7 +97,7 @@ impl<'a> Importer<'a> {
             let clip = [near_clip, far_clip].map(|distance| f64::from(distance) * along);
             self.description.camera = fit::orthographic(&to_world, half_width, clip);
             self.warn(node, fit::ORTHOGRAPHIC);
-            properties.finish()?;
+            self.finish(&properties);
             return Ok(true);
         }
         if kind == "radiancemeter" {
@@ -118,7 +112,7 @@ impl<'a> Importer<'a> {
                 near_clip: 0.0,
                 far_clip: f32::INFINITY,
             };
-            properties.finish()?;
+            self.finish(&properties);
             return Ok(true);
         }
         let fov_x = field_of_view(&properties, aspect)?;
@@ -133,7 +127,7 @@ impl<'a> Importer<'a> {
             near_clip,
             far_clip,
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(true)
     }
 
@@ -154,7 +148,10 @@ impl<'a> Importer<'a> {
             );
             properties.all(|child| child.tag == "spectrum");
         } else if kind != "hdrfilm" {
-            return Err(node.unsupported(format!("the film `{kind}` is not supported")));
+            self.warn(
+                node,
+                format!("the film `{kind}` is not supported: `hdrfilm` is taken"),
+            );
         }
         properties.ignore(&[
             "pixel_format",
@@ -190,7 +187,8 @@ impl<'a> Importer<'a> {
                 }
             }
         }
-        properties.finish()
+        self.finish(&properties);
+        Ok(())
     }
 
     /// The one child of that tag, or the one that a `ref` among the children refers to, if any.
@@ -218,11 +216,15 @@ impl<'a> Importer<'a> {
             kind,
             "independent" | "stratified" | "multijitter" | "orthogonal" | "ldsampler"
         ) {
-            return Err(node.unsupported(format!("the sampler `{kind}` is not supported")));
+            self.warn(
+                node,
+                format!("the sampler `{kind}` is not supported: another is taken"),
+            );
         }
         properties.ignore(&["seed", "jitter", "strength"]);
         self.description.settings.samples_per_pixel = properties.count("sample_count")?.unwrap_or(4);
-        properties.finish()
+        self.finish(&properties);
+        Ok(())
     }
 
     pub(super) fn integrator(&mut self, node: &Node) -> Result<(), ImportError> {
@@ -233,7 +235,7 @@ impl<'a> Importer<'a> {
             // Of what these write, the image is that of the integrator within.
             properties.ignore(&["aovs"]);
             let within = only(&properties, "integrator")?;
-            properties.finish()?;
+            self.finish(&properties);
             return within.map_or(Ok(()), |within| self.wrapped_integrator(within));
         }
         self.wrapped_integrator(node)
@@ -265,7 +267,12 @@ impl<'a> Importer<'a> {
                 | "direct_projective"
                 | "ptracer"
         ) {
-            return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
+            self.warn(
+                node,
+                format!("the integrator `{kind}` is not supported: paths are traced"),
+            );
+            properties.all(|_| true);
+            return Ok(());
         }
         if properties.boolean("hide_emitters")? == Some(true) {
             self.warn(node, "`hide_emitters` is not supported: emitters are seen");
@@ -295,7 +302,8 @@ impl<'a> Importer<'a> {
             };
             settings.roulette_depth = properties.count("rr_depth")?.unwrap_or(5);
         }
-        properties.finish()
+        self.finish(&properties);
+        Ok(())
     }
 }
 

@@ -33,7 +33,7 @@ impl<'a> Importer<'a> {
             // Shapes that Mitsuba makes one mesh of.
             "merge" => {
                 let shapes = properties.all(|child| child.tag == "shape");
-                properties.finish()?;
+                self.finish(&properties);
                 return shapes.into_iter().try_for_each(|shape| self.shape(shape, outer));
             }
             "sdfgrid" | "ellipsoids" | "ellipsoidsmesh" | "blender" => {
@@ -113,9 +113,12 @@ impl<'a> Importer<'a> {
                 }
                 Geometry::Mesh(mesh)
             }
-            _ => return Err(node.unsupported(format!("the shape `{kind}` is not supported"))),
+            _ => {
+                self.warn(node, format!("the shape `{kind}` is not supported: left out"));
+                return Ok(());
+            }
         };
-        properties.finish()?;
+        self.finish(&properties);
         let mut emission = emission;
         match (&mut geometry, &emission_texture) {
             (_, None) | (Geometry::Instances(_), _) => {}
@@ -160,7 +163,7 @@ impl<'a> Importer<'a> {
         let [group] = groups[..] else {
             return Err(node.malformed("an instance needs one shape group"));
         };
-        properties.finish()?;
+        self.finish(properties);
         let group = match group.tag.as_str() {
             "ref" => self.target(group, "shape")?,
             _ => group,

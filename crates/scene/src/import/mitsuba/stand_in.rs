@@ -17,15 +17,23 @@ const SUN: Rgb = Rgb::new(1.5, 1.4, 1.2);
 const SUN_DIRECTION: DVec3 = DVec3::new(0.4, 0.3, 0.85);
 
 impl Importer<'_> {
-    /// A BSDF that stands for another; `None` where there is none.
-    pub(super) fn bsdf_instead(&mut self, properties: &Properties) -> Result<Option<Material>, ImportError> {
+    /// Leaves out the properties that nothing has asked for, with a warning for each.
+    pub(super) fn finish(&mut self, properties: &Properties) {
+        for (child, what) in properties.left() {
+            self.warn(child, format!("{what}: left out"));
+        }
+    }
+
+    /// A BSDF that stands for another.
+    pub(super) fn bsdf_instead(&mut self, properties: &Properties) -> Result<Material, ImportError> {
         let node = properties.node;
         let kind = properties.kind()?;
         let material = match kind {
-            "hair" | "measured" | "measured_polarized" => {
+            "principledthin" => self.thin_principled(properties)?,
+            _ => {
                 self.warn(
                     node,
-                    format!("`{kind}` is not supported: a grey diffuse surface stands for it"),
+                    format!("the BSDF `{kind}` is not supported: a grey diffuse surface stands for it"),
                 );
                 Material::TwoSided {
                     front: Box::new(Material::Diffuse {
@@ -34,50 +42,50 @@ impl Importer<'_> {
                     back: None,
                 }
             }
-            "principledthin" => {
-                self.warn(
-                    node,
-                    "of `principledthin` colour, roughness, `eta` and transmission are taken, with what is \
-                     transmitted diffusely as transmitted by the surface",
-                );
-                let share = |texture: Option<FloatTexture>, default| {
-                    texture.unwrap_or(FloatTexture::Constant(default))
-                };
-                let diffuse = properties.float("diff_trans").ok().flatten().unwrap_or(0.0);
-                let transmission = match share(self.float_texture(properties, "spec_trans")?, 0.0) {
-                    // Of 2: all of it is transmitted.
-                    FloatTexture::Constant(specular) => {
-                        FloatTexture::Constant(specular.max(0.5 * diffuse).clamp(0.0, 1.0))
-                    }
-                    texture => texture,
-                };
-                let is_opaque = matches!(transmission, FloatTexture::Constant(0.0));
-                let sheet = Material::MetallicRoughness {
-                    base_color: self.color_texture(properties, "base_color", 0.5)?,
-                    metallic: FloatTexture::Constant(0.0),
-                    roughness: share(self.float_texture(properties, "roughness")?, 0.5),
-                    transmission,
-                    ior: properties.positive("eta")?.unwrap_or(1.5),
-                };
-                match is_opaque {
-                    true => Material::TwoSided {
-                        front: Box::new(sheet),
-                        back: None,
-                    },
-                    false => sheet,
-                }
-            }
-            _ => return Ok(None),
         };
         properties.all(|_| true);
-        Ok(Some(material))
+        Ok(material)
     }
 
-    /// Emitters that stand for another; `None` where there are none.
+    fn thin_principled(&mut self, properties: &Properties) -> Result<Material, ImportError> {
+        let node = properties.node;
+        self.warn(
+            node,
+            "of `principledthin` colour, roughness, `eta` and transmission are taken, with what is \
+             transmitted diffusely as transmitted by the surface",
+        );
+        let share =
+            |texture: Option<FloatTexture>, default| texture.unwrap_or(FloatTexture::Constant(default));
+        let diffuse = properties.float("diff_trans").ok().flatten().unwrap_or(0.0);
+        let transmission = match share(self.float_texture(properties, "spec_trans")?, 0.0) {
+            // Of 2: all of it is transmitted.
+            FloatTexture::Constant(specular) => {
+                FloatTexture::Constant(specular.max(0.5 * diffuse).clamp(0.0, 1.0))
+            }
+            texture => texture,
+        };
+        let is_opaque = matches!(transmission, FloatTexture::Constant(0.0));
+        let sheet = Material::MetallicRoughness {
+            base_color: self.color_texture(properties, "base_color", 0.5)?,
+            metallic: FloatTexture::Constant(0.0),
+            roughness: share(self.float_texture(properties, "roughness")?, 0.5),
+            transmission,
+            ior: properties.positive("eta")?.unwrap_or(1.5),
+        };
+        Ok(match is_opaque {
+            true => Material::TwoSided {
+                front: Box::new(sheet),
+                back: None,
+            },
+            false => sheet,
+        })
+    }
+
+    /// Emitters that stand for another, none where there is nothing like it.
     pub(super) fn emitters_instead(
         &mut self,
         properties: &Properties,
-    ) -> Result<Option<Vec<EmitterDescription>>, ImportError> {
+    ) -> Result<Vec<EmitterDescription>, ImportError> {
         let node = properties.node;
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
         let scale = |name| Ok::<f32, ImportError>(properties.float(name)?.unwrap_or(1.0).max(0.0));
@@ -119,10 +127,13 @@ impl Importer<'_> {
                     },
                 ]
             }
-            _ => return Ok(None),
+            _ => {
+                self.warn(node, format!("the emitter `{kind}` is not supported: left out"));
+                Vec::new()
+            }
         };
         properties.all(|_| true);
-        Ok(Some(emitters))
+        Ok(emitters)
     }
 
     /// The view of a meter that looks along one ray: a field of a fiftieth of a degree.

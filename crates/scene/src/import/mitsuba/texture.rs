@@ -23,8 +23,14 @@ impl Importer<'_> {
         if let Some(image) = self.images.get(&key) {
             return Ok(image.clone());
         }
-        let image = read_within(&key.0, encoding, self.loading);
-        let image = image.map_err(|source| Self::referenced(node, source))?;
+        let image = match read_within(&key.0, encoding, self.loading) {
+            Ok(image) => image,
+            Err(source @ ImportError::OverBudget { .. }) => return Err(Self::referenced(node, source)),
+            Err(source) => {
+                self.warn(node, format!("grey is taken for an image: {}", source.chain()));
+                Image::from_linear(1, 1, vec![[0.5; 3]]).ok_or_else(|| node.malformed("an empty image"))?
+            }
+        };
         let image = Arc::new(image);
         self.images.insert(key, image.clone());
         Ok(image)
@@ -172,9 +178,16 @@ impl Importer<'_> {
                 let mean = self.mean_of_volume(&properties, "volume")?;
                 ColorTexture::Constant(mean.ok_or_else(|| node.malformed("`volume` is missing"))?)
             }
-            kind => return Err(node.unsupported(format!("the texture `{kind}` is not supported"))),
+            kind => {
+                self.warn(
+                    node,
+                    format!("the texture `{kind}` is not supported: grey is taken"),
+                );
+                properties.all(|_| true);
+                ColorTexture::Constant(Rgb::splat(0.5))
+            }
         };
-        properties.finish()?;
+        self.finish(&properties);
         Ok(texture)
     }
 }

@@ -126,7 +126,13 @@ impl Importer<'_> {
                 },
                 Some(file) => self.sky(parameters, file)?,
             },
-            _ => return Err(parameters.unsupported(format!("the light `{kind}` is not supported"))),
+            _ => {
+                self.warn(
+                    parameters,
+                    format!("the light `{kind}` is not supported: left out"),
+                );
+                return Ok(());
+            }
         };
         self.warn_left_over(parameters);
         let surrounds = |emitter: &EmitterDescription| {

@@ -421,18 +421,19 @@ impl Importer<'_> {
             Some(image) => image.clone(),
             None => {
                 let image = match read_within(&key.0, encoding, self.loading) {
-                    Err(ImportError::UnknownFormat { .. } | ImportError::Unsupported { .. }) => {
-                        self.warn(
-                            parameters,
-                            format!("the format of `{file}` is not supported: grey is taken"),
-                        );
+                    Ok(image) => image,
+                    Err(source @ ImportError::OverBudget { .. }) => {
+                        return Err(ImportError::Referenced {
+                            location: parameters.location(),
+                            source: Box::new(source),
+                        });
+                    }
+                    Err(source) => {
+                        let message = format!("grey is taken for an image: {}", source.chain());
+                        self.warn(parameters, message);
                         Image::from_linear(1, 1, vec![[0.5; 3]])
                             .ok_or_else(|| parameters.malformed("an empty image"))?
                     }
-                    image => image.map_err(|source| ImportError::Referenced {
-                        location: parameters.location(),
-                        source: Box::new(source),
-                    })?,
                 };
                 let image = Arc::new(image);
                 self.images.insert(key, image.clone());

@@ -292,7 +292,13 @@ impl Importer<'_> {
                 self.warn(parameters, "curves are left out");
                 return Ok(None);
             }
-            _ => return Err(parameters.unsupported(format!("the shape `{kind}` is not supported"))),
+            _ => {
+                self.warn(
+                    parameters,
+                    format!("the shape `{kind}` is not supported: left out"),
+                );
+                return Ok(None);
+            }
         }))
     }
 
