@@ -124,7 +124,17 @@ impl Importer<'_> {
                 None => EmitterDescription::Constant {
                     radiance: self.emitted(parameters, "L")?,
                 },
-                Some(file) => self.sky(parameters, file)?,
+                Some(file) => match self.sky(parameters, file) {
+                    Ok(sky) => sky,
+                    Err(error) if matches!(error.innermost(), ImportError::OverBudget { .. }) => {
+                        return Err(error);
+                    }
+                    Err(error) => {
+                        let message = format!("a light from all around is left out: {}", error.chain());
+                        self.warn(parameters, message);
+                        return Ok(());
+                    }
+                },
             },
             _ => {
                 self.warn(

@@ -272,6 +272,10 @@ fn what_is_unknown_is_left_out_by_name() {
         ("Shape \"torus\"", "the shape `torus` is not supported"),
         ("LightSource \"laser\"", "the light `laser` is not supported"),
         (
+            "LightSource \"infinite\" \"string filename\" \"no.exr\"",
+            "a light from all around is left out: ",
+        ),
+        (
             "Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"no.png\"",
             "grey is taken for an image: cannot read dir/no.png",
         ),
