@@ -26,6 +26,17 @@ const UNDERSTOOD: [&str; 12] = [
 pub(super) fn mend(root: &mut Value) -> (Vec<Note>, Vec<PackedMesh>) {
     let mut notes = Vec::new();
     tidy(root);
+    // Version 1 has objects in place of lists.
+    let has_lists = ["meshes", "nodes"]
+        .iter()
+        .all(|name| root.get(name).is_none_or(Value::is_array));
+    let version = root.get("asset").and_then(|asset| asset.get("version"));
+    if version.is_none() && has_lists {
+        let mut asset = Value::Object(Default::default());
+        insert(&mut asset, "version", Value::from("2.0"));
+        insert(root, "asset", asset);
+        notes.push(note("asset", "the version of glTF is missing: 2.0 is taken"));
+    }
     required(root, &mut notes);
     references::mend(root, &mut notes);
     scenes(root, &mut notes);
@@ -81,7 +92,7 @@ pub(super) fn mend(root: &mut Value) -> (Vec<Note>, Vec<PackedMesh>) {
 }
 
 /// Whole numbers with a point become integers, since the crate asks for these where the
-/// specification does, and members that are null are left out.
+/// specification does. Members that are null and names that are no text are left out.
 fn tidy(value: &mut Value) {
     match value {
         Value::Number(number) => {
@@ -92,11 +103,16 @@ fn tidy(value: &mut Value) {
         }
         Value::Array(items) => items.iter_mut().for_each(tidy),
         Value::Object(members) => {
-            members.retain(|_, member| !member.is_null());
+            members.retain(|name, member| !member.is_null() && (name != "name" || !is_plain(member)));
             members.values_mut().for_each(tidy);
         }
         _ => {}
     }
+}
+
+/// Whether a value is a number or a boolean.
+fn is_plain(value: &Value) -> bool {
+    value.is_number() || value.is_boolean()
 }
 
 fn note(element: &str, message: &str) -> Note {

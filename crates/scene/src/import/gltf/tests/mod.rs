@@ -401,6 +401,16 @@ fn what_is_broken_is_left_out() {
             "(nodes[1]): left out: the transform is not finite",
         ),
         (
+            r#""asset":{"version":"2.0"},"#,
+            r#""extras":{"name":[1]},"#,
+            "(asset): the version of glTF is missing",
+        ),
+        (
+            r#"{"mesh":0}"#,
+            r#"{"mesh":0,"name":5,"children":[0]}"#,
+            "(nodes[0]): left out",
+        ),
+        (
             r#""indices":3,"material":0}"#,
             r#""indices":3,"material":0},{"attributes":{"POSITION":0},"indices":0}"#,
             "(meshes[0]/primitives[1]): left out: accessor 0 is no list",
