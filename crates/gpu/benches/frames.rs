@@ -12,10 +12,12 @@
 mod opening;
 
 use lightshed_gpu::{
-    GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
+    GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuMixture, GpuPathTracer, GpuRestirDi, GpuRestirPt,
     GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
-use lightshed_integrator::{LightcutOptions, RestirDiSettings, RestirVolumeOptions, VplGridOptions};
+use lightshed_integrator::{
+    LightcutOptions, MixtureOptions, RestirDiSettings, RestirVolumeOptions, VplGridOptions,
+};
 use lightshed_scene::{Scene, builtin};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -70,6 +72,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let settings = RestirDiSettings::UNBIASED;
         let by_tree = GpuRestirDi::with_tree(&gpu, &on_device, settings)?;
         row(name, "restir-di, tree", by_tree)?;
+        let chains = GpuMixture::new(&gpu, &shallow, MixtureOptions::default())?;
+        row(name, "mcmm", chains)?;
         row(name, "restir-pt", GpuRestirPt::new(&gpu, &on_device)?)?;
         let lights = VplGridOptions::new(0.01 * whole.extent());
         row(
