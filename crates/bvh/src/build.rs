@@ -66,16 +66,18 @@ impl Builder {
             return Ok(());
         }
         self.build(&source, self.options.method, tree);
-        if let Some(reinsertion) = &self.options.reinsertion {
-            tree.reinsert(reinsertion);
-        }
+        let levels = self
+            .options
+            .reinsertion
+            .map(|passes| tree.reinsert_and_measure(&passes));
         // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
         let is_bounded = match self.options.method {
             Method::Binned | Method::Curve => true,
             Method::Subset(subset) => subset::is_shallow(count, &subset),
             _ => false,
         };
-        if (!is_bounded || self.options.reinsertion.is_some()) && tree.depth() > MAX_DEPTH {
+        let is_bounded = is_bounded && levels.is_none();
+        if !is_bounded && levels.unwrap_or_else(|| tree.depth()) > MAX_DEPTH {
             self.build(&source, Method::Binned, tree);
         }
         if source.is_scaled() {

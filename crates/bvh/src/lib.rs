@@ -62,6 +62,7 @@ mod node;
 #[cfg(feature = "obvhs")]
 mod obvhs_trees;
 mod options;
+mod paired;
 mod ploc;
 mod preset;
 mod primitive;

@@ -5,20 +5,28 @@
 //! is taken out and put in there. Searches run in parallel on the tree as it is; moves are then
 //! made one by one, in the order of what they gain, as long as they touch nothing that another has
 //! moved.
+//!
+//! Most of what can be gained is in few nodes, and each move makes others possible. So later passes
+//! look at fewer nodes.
 
 use crate::item::BoxItem;
-use crate::linked::{Linked, NONE};
+use crate::paired::{Paired, ROOT, area_of};
 use crate::tree::Bvh;
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// Searches that a thread makes at once.
-const CHUNK: usize = 1 << 8;
+const CHUNK: usize = 1 << 6;
+/// In place of a cell.
+const NONE: u32 = u32::MAX;
+/// Groups of areas: by the exponent and three more bits.
+const AREAS: usize = 1 << 11;
 
 /// How much work is spent on moving subtrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reinsertion {
-    /// Share of the nodes, the largest ones, that are looked at in each pass, in `[0, 1]`.
+    /// Share of the nodes, the largest ones, that are looked at in the first pass, in `[0, 1]`;
+    /// pass `k` looks at a share of `1 / (2k − 1)` of these.
     pub share: f32,
     /// Number of passes.
     pub passes: u32,
@@ -29,7 +37,7 @@ pub struct Reinsertion {
 struct Move {
     gain: f32,
     node: u32,
-    /// The node beside which it goes.
+    /// The cell beside whose subtree it goes.
     target: u32,
 }
 
@@ -37,28 +45,34 @@ impl Bvh {
     /// Moves subtrees to where the sum of areas is least. The boxes must be exact; the result is
     /// the same for any number of threads.
     pub fn reinsert(&mut self, reinsertion: &Reinsertion) {
+        self.reinsert_and_measure(reinsertion);
+    }
+
+    /// The same; returns the number of levels then.
+    pub(crate) fn reinsert_and_measure(&mut self, reinsertion: &Reinsertion) -> usize {
         let nodes = self.nodes.len();
-        let batch = ((nodes as f64 * f64::from(reinsertion.share)).ceil() as usize).min(nodes);
+        let first = (nodes as f64 * f64::from(reinsertion.share)).ceil() as usize;
         // Of up to two primitives there is one tree.
-        if batch == 0 || self.len() < 3 {
-            return;
+        if first == 0 || reinsertion.passes == 0 || self.len() < 3 {
+            return self.depth();
         }
-        let mut linked = Linked::new(self);
+        let mut paired = Paired::new(self);
         let mut largest: Vec<(f32, u32)> = Vec::new();
-        let mut locked = vec![0u32; nodes];
+        let mut locked = vec![0u32; paired.len()];
+        let mut threshold = paired.area_of_largest(first);
         for pass in 1..=reinsertion.passes {
-            largest.clear();
-            largest.extend((1..nodes as u32).map(|node| (linked.boxes[node as usize].half_area(), node)));
-            let batch = batch.min(largest.len());
-            if batch < largest.len() {
-                largest.select_nth_unstable_by(batch, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let share = |pass: u32| first.div_ceil(2 * pass as usize - 1);
+            paired.collect_largest(threshold, share(pass), &mut largest);
+            let next = share(pass + 1).min(largest.len());
+            if next > 0 {
+                let by_area = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+                threshold = largest.select_nth_unstable_by(next - 1, by_area).1.0;
             }
-            largest.truncate(batch);
-            let mut moves: Vec<Option<Move>> = vec![None; batch];
+            let mut moves: Vec<Option<Move>> = vec![None; largest.len()];
             for_each_chunk(&mut moves, CHUNK, |start, moves| {
                 let mut waiting = Vec::new();
                 for (found, &(_, node)) in moves.iter_mut().zip(&largest[start..]) {
-                    *found = linked.best_move(node, &mut waiting);
+                    *found = paired.best_move(node, &mut waiting);
                 }
             });
             let mut moves: Vec<Move> = moves.into_iter().flatten().collect();
@@ -67,120 +81,150 @@ impl Bvh {
             }
             moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
             for found in &moves {
-                linked.make(found, &mut locked, pass);
+                paired.make(found, &mut locked, pass);
             }
         }
-        linked.write(self);
+        paired.write(self)
     }
 }
 
-impl Linked {
-    /// The place for `node` that lessens the sum of areas most, if any does.
-    fn best_move(&self, node: u32, waiting: &mut Vec<(u32, f32)>) -> Option<Move> {
-        let area = |node: u32| self.boxes[node as usize].half_area();
-        let parent = self.parents[node as usize];
-        if parent == NONE || self.parents[parent as usize] == NONE {
-            return None;
+impl Paired {
+    /// An area that at least `count` cells reach, and few more.
+    fn area_of_largest(&self, count: usize) -> f32 {
+        let group = |area: f32| area.to_bits() >> 20;
+        let mut numbers = vec![0u32; AREAS];
+        for cell in (0..self.len() as u32).filter(|&cell| cell != ROOT + 1) {
+            numbers[group(area_of(self.cell(cell))) as usize % AREAS] += 1;
         }
-        let own = self.boxes[node as usize];
-        let own_area = own.half_area();
-        let mut best = Move {
+        let mut left = count;
+        for (group, &number) in numbers.iter().enumerate().rev() {
+            if number as usize >= left {
+                return f32::from_bits((group as u32) << 20);
+            }
+            left -= number as usize;
+        }
+        0.0
+    }
+
+    /// The cells of at least an area, but for the root and what has no grandparent: at most
+    /// `most`, the largest.
+    fn collect_largest(&self, area: f32, most: usize, largest: &mut Vec<(f32, u32)>) {
+        largest.clear();
+        let mut waiting: Vec<u32> = Vec::new();
+        let below = |cell: u32| self.children(cell).into_iter().flat_map(|low| [low, low + 1]);
+        waiting.extend(below(ROOT).flat_map(below));
+        // A cell's area is no less than those below it.
+        while let Some(cell) = waiting.pop() {
+            let own = area_of(self.cell(cell));
+            if own >= area {
+                largest.push((own, cell));
+                waiting.extend(below(cell));
+            }
+        }
+        if most < largest.len() {
+            largest.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            largest.truncate(most);
+        }
+    }
+
+    /// The place for `node`, which has a grandparent, that lessens the sum of areas most, if any
+    /// does.
+    fn best_move(&self, node: u32, waiting: &mut Vec<(f32, u32)>) -> Option<Move> {
+        let parent = self.parent(node);
+        let mut search = Search {
+            cells: self,
+            own: *self.cell(node),
+            own_area: area_of(self.cell(node)),
             gain: 0.0,
-            node,
             target: NONE,
         };
-        // What is saved by taking the node out, at the nodes below the one that the search has come
-        // up to.
-        let mut saved = area(parent);
-        let mut rest = self.boxes[self.sibling(node) as usize];
-        let mut at = parent;
-        let mut search = self.sibling(node);
-        loop {
-            waiting.push((search, saved));
-            while let Some((target, saved)) = waiting.pop() {
-                // The new parent is no smaller than the node.
-                if !(saved - own_area > best.gain) {
-                    continue;
-                }
-                let union = own.union(&self.boxes[target as usize]).half_area();
-                if saved - union > best.gain {
-                    best.gain = saved - union;
-                    best.target = target;
-                }
-                let below = saved + area(target) - union;
-                if !self.is_leaf(target) && below - own_area > best.gain {
-                    let [low, high] = self.children[target as usize];
-                    waiting.extend([(high, below), (low, below)]);
-                }
-            }
-            let above = self.parents[at as usize];
-            if above == NONE {
-                break;
-            }
-            if at != parent {
-                saved += area(at) - rest.half_area();
-            }
-            search = self.sibling(at);
-            at = above;
-            // The box of `at` without the node.
-            rest = rest.union(&self.boxes[search as usize]);
+        // What is saved by taking the node out, at the cells below the one that the search has come
+        // up to; and the box of that cell without the node.
+        let mut saved = area_of(self.cell(parent));
+        let mut rest = *self.cell(node ^ 1);
+        // Beside its sibling it is already.
+        if let Some(low) = self.children(node ^ 1) {
+            waiting.push((area_of(&rest), low));
+            search.look(waiting);
         }
-        let is_move = best.target != NONE && best.target != self.sibling(node);
-        is_move.then_some(best)
+        let mut at = parent;
+        while at != ROOT {
+            if at != parent {
+                saved += area_of(self.cell(at)) - rest.half_area();
+            }
+            let beside = at ^ 1;
+            search.look_at(beside, self.cell(beside), saved, waiting);
+            search.look(waiting);
+            rest = rest.union(self.cell(beside));
+            at = self.parent(at);
+        }
+        (search.target != NONE).then_some(Move {
+            gain: search.gain,
+            node,
+            target: search.target,
+        })
     }
 
     /// Makes a move unless one of this pass has touched what it touches.
     fn make(&mut self, &Move { node, target, .. }: &Move, locked: &mut [u32], pass: u32) {
-        let parent = self.parents[node as usize];
-        if parent == NONE {
+        let (sibling, parent) = (node ^ 1, self.parent(node));
+        let touched = [node, sibling, parent, target, self.parent(target)];
+        if touched.iter().any(|&cell| locked[cell as usize] == pass) {
             return;
         }
-        let (above, sibling) = (self.parents[parent as usize], self.sibling(node));
-        let target_parent = self.parents[target as usize];
-        if above == NONE || target == parent || target == sibling || target_parent == NONE {
+        // Another move may have brought the target below the node, or made them meet.
+        if target == parent || target == sibling {
             return;
         }
-        let touched = [node, parent, above, sibling, target, target_parent];
-        if touched.iter().any(|&node| locked[node as usize] == pass) {
-            return;
-        }
-        // Another move may have brought the target below the node.
         let mut up = target;
-        while up != NONE {
+        while up != ROOT {
             if up == node {
                 return;
             }
-            up = self.parents[up as usize];
+            up = self.parent(up);
         }
-        touched.iter().for_each(|&node| locked[node as usize] = pass);
-        self.replace(above, parent, sibling);
-        let target_parent = self.parents[target as usize];
-        self.replace(target_parent, target, parent);
-        self.children[parent as usize] = [target, node];
-        self.parents[target as usize] = parent;
-        self.parents[node as usize] = parent;
-        self.fit_from(above);
-        self.fit_from(parent);
+        touched.iter().for_each(|&cell| locked[cell as usize] = pass);
+        self.reinsert(node, target);
+    }
+}
+
+/// The search for the place of one subtree.
+struct Search<'a> {
+    cells: &'a Paired,
+    own: BoxItem,
+    own_area: f32,
+    /// What the best place so far gains.
+    gain: f32,
+    target: u32,
+}
+
+impl Search<'_> {
+    /// Looks at pairs of cells until none is left.
+    #[inline(always)]
+    fn look(&mut self, waiting: &mut Vec<(f32, u32)>) {
+        while let Some((saved, low)) = waiting.pop() {
+            let [a, b] = [self.cells.cell(low), self.cells.cell(low + 1)];
+            self.look_at(low, a, saved, waiting);
+            self.look_at(low + 1, b, saved, waiting);
+        }
     }
 
-    /// Puts `new` where `old` is among the children of `parent`.
-    fn replace(&mut self, parent: u32, old: u32, new: u32) {
-        for child in &mut self.children[parent as usize] {
-            if *child == old {
-                *child = new;
-            }
+    /// Looks at one cell, above which `saved` is saved.
+    #[inline(always)]
+    fn look_at(&mut self, at: u32, cell: &BoxItem, saved: f32, waiting: &mut Vec<(f32, u32)>) {
+        // The new parent is no smaller than the node.
+        if !(saved - self.own_area > self.gain) {
+            return;
         }
-        self.parents[new as usize] = parent;
-    }
-
-    /// Boxes from a node up to the root.
-    fn fit_from(&mut self, node: u32) {
-        let mut at = node;
-        while at != NONE {
-            let [low, high] = self.children[at as usize];
-            let union: BoxItem = self.boxes[low as usize].union(&self.boxes[high as usize]);
-            self.boxes[at as usize] = union;
-            at = self.parents[at as usize];
+        let gain = saved - self.own.union(cell).half_area();
+        if gain > self.gain {
+            (self.gain, self.target) = (gain, at);
+        }
+        let below = gain + area_of(cell);
+        if below - self.own_area > self.gain
+            && let Some(low) = self.cells.children(at)
+        {
+            waiting.push((below, low));
         }
     }
 }
