@@ -35,6 +35,8 @@ pub struct Builder {
     items: Vec<BoxItem>,
     morton: Morton,
     ploc: ploc::Scratch,
+    /// The tree before re-insertion.
+    former: Bvh,
 }
 
 impl Builder {
@@ -66,18 +68,16 @@ impl Builder {
             return Ok(());
         }
         self.build(&source, self.options.method, tree);
-        let levels = self
-            .options
-            .reinsertion
-            .map(|passes| tree.reinsert_and_measure(&passes));
+        if let Some(reinsertion) = &self.options.reinsertion {
+            tree.reinsert_into(reinsertion, &mut self.former);
+        }
         // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
         let is_bounded = match self.options.method {
             Method::Binned | Method::Curve => true,
             Method::Subset(subset) => subset::is_shallow(count, &subset),
             _ => false,
         };
-        let is_bounded = is_bounded && levels.is_none();
-        if !is_bounded && levels.unwrap_or_else(|| tree.depth()) > MAX_DEPTH {
+        if (!is_bounded || self.options.reinsertion.is_some()) && tree.is_deeper_than(MAX_DEPTH) {
             self.build(&source, Method::Binned, tree);
         }
         if source.is_scaled() {

@@ -1,57 +1,51 @@
 //! Trees in which subtrees can be moved.
 
 use crate::item::BoxItem;
-use crate::linked::count_below;
 use crate::node::Node;
 use crate::tree::{Bvh, children};
 use glam::Vec4Swizzles;
 
 /// The cell of the root. It has no sibling: the next cell is not used.
 pub const ROOT: u32 = 0;
-/// Among the bits of a cell's link: it is a leaf. Links with and without it are finite normal
+/// Among the bits of a cell's link: it is no pair. Links with and without it are finite normal
 /// numbers.
 const LEAF: u32 = 1 << 31;
 
-/// A binary tree whose siblings lie side by side.
+/// The upper part of a binary tree: siblings lie side by side.
 ///
-/// A cell is a box, its half area and a link: the primitive of a leaf, or the pair of an inner
-/// node's children. The cells of pair `i` are `2i` and `2i + 1`. A move writes three cells and
-/// three parents; no pair changes its place.
+/// A cell is a box, its half area and a link: the pair of a node's children, or, for what is below
+/// the upper part, the node that is its root. The cells of pair `i` are `2i` and `2i + 1`. A move
+/// writes three cells and three parents; no pair changes its place.
 pub struct Paired {
     cells: Vec<BoxItem>,
-    /// The cell whose children a pair is; that of the root's pair means nothing.
+    /// The cell whose children a pair is; the root has pair 0 for itself.
     parents: Vec<u32>,
 }
 
 impl Paired {
-    /// Of a tree that is not empty.
-    pub fn new(tree: &Bvh) -> Self {
-        let count = tree.order.len();
-        let mut paired = Self {
-            cells: vec![BoxItem::EMPTY; 2 * count],
-            parents: vec![ROOT; count],
-        };
-        // Inner node `i` is behind `first` leaves: its place among inner nodes.
-        let pair = |index: usize, node: &Node| 1 + index as u32 - node.first;
+    /// All nodes of at least an area and their children, of a tree that is not empty.
+    pub fn new(tree: &Bvh, least_area: f32) -> Self {
         let cell = |index: usize| {
-            let node = &tree.nodes[index];
-            let link = match node.is_leaf() {
-                true => tree.order[node.first as usize] | LEAF,
-                false => pair(index, node),
-            };
-            with_area(BoxItem::new(&node.bounds(), link))
+            let bounds = tree.nodes[index].bounds();
+            with_area(BoxItem::new(&bounds, index as u32 | LEAF))
         };
-        paired.cells[0] = cell(0);
-        for (index, node) in tree.nodes.iter().enumerate() {
+        let mut paired = Self {
+            cells: vec![cell(0), BoxItem::EMPTY],
+            parents: vec![ROOT],
+        };
+        let mut waiting = vec![(ROOT, 0)];
+        while let Some((at, index)) = waiting.pop() {
             let Some(below) = children(&tree.nodes, index) else {
                 continue;
             };
-            let own = 2 * pair(index, node);
-            for (child, at) in below.into_iter().zip([own, own + 1]) {
-                let cell = cell(child);
-                paired.cells[at as usize] = cell;
-                if let Some(pair) = pair_of(&cell) {
-                    paired.parents[pair as usize] = at;
+            let pair = paired.parents.len() as u32;
+            paired.parents.push(at);
+            let own = &mut paired.cells[at as usize];
+            *own = own.with_index(pair);
+            paired.cells.extend(below.map(cell));
+            for (child, at) in below.into_iter().zip([2 * pair, 2 * pair + 1]).rev() {
+                if area_of(paired.cell(at)) >= least_area {
+                    waiting.push((at, child));
                 }
             }
         }
@@ -64,7 +58,8 @@ impl Paired {
         &self.cells[cell as usize]
     }
 
-    /// The first of both children of a cell; the other is the next cell. `None` for a leaf.
+    /// The first of both children of a cell, if they are in the upper part; the other is the next
+    /// cell.
     #[inline(always)]
     pub fn children(&self, cell: u32) -> Option<u32> {
         pair_of(self.cell(cell)).map(|pair| 2 * pair)
@@ -121,28 +116,39 @@ impl Paired {
         }
     }
 
-    /// Writes the tree in depth-first order. Returns the number of its levels.
-    pub fn write(&self, tree: &mut Bvh) -> usize {
-        let mut waiting = vec![(ROOT, 1)];
-        let (mut leaves, mut depth) = (0, 0);
-        for node in &mut tree.nodes {
-            let Some((at, level)) = waiting.pop() else { break };
+    /// Writes the tree in depth-first order, with what is below out of the former one.
+    pub fn write(&self, former: &Bvh, tree: &mut Bvh) {
+        let mut waiting = vec![ROOT];
+        let mut inner = Vec::with_capacity(self.parents.len());
+        let (mut index, mut leaves) = (0, 0);
+        while let Some(at) = waiting.pop() {
             let cell = self.cell(at);
-            depth = depth.max(level);
-            *node = match pair_of(cell) {
-                Some(pair) => {
-                    waiting.extend([(2 * pair + 1, level + 1), (2 * pair, level + 1)]);
-                    cell.node(leaves, 0)
-                }
-                None => {
-                    tree.order[leaves as usize] = cell.index() ^ LEAF;
-                    leaves += 1;
-                    cell.node(leaves - 1, 1)
-                }
-            };
+            if let Some(pair) = pair_of(cell) {
+                waiting.extend([2 * pair + 1, 2 * pair]);
+                tree.nodes[index] = cell.node(leaves as u32, 0);
+                inner.push(index);
+                index += 1;
+                continue;
+            }
+            let from = (cell.index() ^ LEAF) as usize;
+            let Node { first, count, .. } = former.nodes[from];
+            let (first, count) = (first as usize, count as usize);
+            let moved = (leaves as u32).wrapping_sub(first as u32);
+            let nodes = &former.nodes[from..from + 2 * count - 1];
+            for (to, node) in tree.nodes[index..].iter_mut().zip(nodes) {
+                *to = Node {
+                    first: node.first.wrapping_add(moved),
+                    ..*node
+                };
+            }
+            tree.order[leaves..leaves + count].copy_from_slice(&former.order[first..first + count]);
+            index += nodes.len();
+            leaves += count;
         }
-        count_below(&mut tree.nodes);
-        depth
+        for &index in inner.iter().rev() {
+            let low = tree.nodes[index + 1].count;
+            tree.nodes[index].count = low + tree.nodes[index + 2 * low as usize].count;
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 //! look at fewer nodes.
 
 use crate::item::BoxItem;
+use crate::node::Node;
 use crate::paired::{Paired, ROOT, area_of};
 use crate::tree::Bvh;
 use lightshed_sampling::parallel::for_each_chunk;
@@ -18,6 +19,10 @@ use lightshed_sampling::parallel::for_each_chunk;
 const CHUNK: usize = 1 << 6;
 /// In place of a cell.
 const NONE: u32 = u32::MAX;
+/// How many times as many nodes as move at first are places to move to.
+const REACH: usize = 2;
+/// About how many nodes say which are large.
+const SAMPLE: usize = 1 << 15;
 /// Groups of areas: by the exponent and three more bits.
 const AREAS: usize = 1 << 11;
 
@@ -45,21 +50,23 @@ impl Bvh {
     /// Moves subtrees to where the sum of areas is least. The boxes must be exact; the result is
     /// the same for any number of threads.
     pub fn reinsert(&mut self, reinsertion: &Reinsertion) {
-        self.reinsert_and_measure(reinsertion);
+        self.reinsert_into(reinsertion, &mut Self::default());
     }
 
-    /// The same; returns the number of levels then.
-    pub(crate) fn reinsert_and_measure(&mut self, reinsertion: &Reinsertion) -> usize {
+    /// The same, with the memory of another tree, which has the former one afterwards if there
+    /// were moves.
+    pub(crate) fn reinsert_into(&mut self, reinsertion: &Reinsertion, room: &mut Self) {
         let nodes = self.nodes.len();
         let first = (nodes as f64 * f64::from(reinsertion.share)).ceil() as usize;
         // Of up to two primitives there is one tree.
         if first == 0 || reinsertion.passes == 0 || self.len() < 3 {
-            return self.depth();
+            return;
         }
-        let mut paired = Paired::new(self);
+        let [mut threshold, least] = self.areas_of_largest([first, first.saturating_mul(REACH)]);
+        let mut paired = Paired::new(self, least);
         let mut largest: Vec<(f32, u32)> = Vec::new();
         let mut locked = vec![0u32; paired.len()];
-        let mut threshold = paired.area_of_largest(first);
+        let mut has_moved = false;
         for pass in 1..=reinsertion.passes {
             let share = |pass: u32| first.div_ceil(2 * pass as usize - 1);
             paired.collect_largest(threshold, share(pass), &mut largest);
@@ -83,29 +90,38 @@ impl Bvh {
             for found in &moves {
                 paired.make(found, &mut locked, pass);
             }
+            has_moved = true;
         }
-        paired.write(self)
+        if has_moved {
+            room.nodes.resize(self.nodes.len(), Node::default());
+            room.order.resize(self.order.len(), 0);
+            core::mem::swap(self, room);
+            paired.write(room, self);
+        }
+    }
+
+    /// Areas that about so many nodes reach, by a sample.
+    fn areas_of_largest<const N: usize>(&self, counts: [usize; N]) -> [f32; N] {
+        let step = self.nodes.len().div_ceil(SAMPLE);
+        let mut numbers = vec![0u32; AREAS];
+        for node in self.nodes.iter().step_by(step) {
+            let area = BoxItem::new(&node.bounds(), 0).half_area();
+            numbers[(area.to_bits() >> 20) as usize % AREAS] += 1;
+        }
+        counts.map(|count| {
+            let mut left = count.div_ceil(step);
+            for (group, &number) in numbers.iter().enumerate().rev() {
+                if number as usize >= left && count < self.nodes.len() {
+                    return f32::from_bits((group as u32) << 20);
+                }
+                left = left.saturating_sub(number as usize);
+            }
+            0.0
+        })
     }
 }
 
 impl Paired {
-    /// An area that at least `count` cells reach, and few more.
-    fn area_of_largest(&self, count: usize) -> f32 {
-        let group = |area: f32| area.to_bits() >> 20;
-        let mut numbers = vec![0u32; AREAS];
-        for cell in (0..self.len() as u32).filter(|&cell| cell != ROOT + 1) {
-            numbers[group(area_of(self.cell(cell))) as usize % AREAS] += 1;
-        }
-        let mut left = count;
-        for (group, &number) in numbers.iter().enumerate().rev() {
-            if number as usize >= left {
-                return f32::from_bits((group as u32) << 20);
-            }
-            left -= number as usize;
-        }
-        0.0
-    }
-
     /// The cells of at least an area, but for the root and what has no grandparent: at most
     /// `most`, the largest.
     fn collect_largest(&self, area: f32, most: usize, largest: &mut Vec<(f32, u32)>) {

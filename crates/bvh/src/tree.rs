@@ -98,6 +98,26 @@ impl Bvh {
         deepest
     }
 
+    /// Whether there are more levels than that.
+    pub(crate) fn is_deeper_than(&self, levels: usize) -> bool {
+        let mut waiting = Vec::new();
+        if !self.is_empty() {
+            waiting.push((0, 1));
+        }
+        while let Some((index, level)) = waiting.pop() {
+            // What is below has no more levels than primitives.
+            if self.nodes[index].count as usize + level <= levels + 1 {
+                continue;
+            }
+            match self.children(index) {
+                _ if level > levels => return true,
+                Some(children) => waiting.extend(children.map(|child| (child, level + 1))),
+                None => {}
+            }
+        }
+        false
+    }
+
     /// Checks that every primitive is in exactly one leaf, that boxes contain what is below, and
     /// that nodes lie as [`Node`] says.
     ///
