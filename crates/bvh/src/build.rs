@@ -10,6 +10,7 @@ use crate::node::Node;
 use crate::options::{BuildOptions, Method};
 use crate::ploc;
 use crate::primitive::Primitive;
+use crate::reinsertion::{Reinsertion, largest};
 use crate::source::Source;
 use crate::subset;
 use crate::traverse::MAX_DEPTH;
@@ -34,6 +35,7 @@ pub struct Builder {
     options: BuildOptions,
     items: Vec<BoxItem>,
     morton: Morton,
+    starts: Vec<u32>,
     ploc: ploc::Scratch,
     /// The tree before re-insertion.
     former: Bvh,
@@ -68,7 +70,9 @@ impl Builder {
             return Ok(());
         }
         self.build(&source, self.options.method, tree);
-        if let Some(reinsertion) = &self.options.reinsertion {
+        if let Some(reinsertion) = &self.options.reinsertion
+            && !matches!(self.options.method, Method::Ploc { .. })
+        {
             tree.reinsert_into(reinsertion, &mut self.former);
         }
         // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
@@ -88,9 +92,15 @@ impl Builder {
 
     fn build<P: Primitive>(&mut self, source: &Source<P>, method: Method, tree: &mut Bvh) {
         let Self {
-            items, morton, ploc, ..
+            items,
+            morton,
+            ploc,
+            starts,
+            options,
+            ..
         } = self;
         let lanes = LaneChoice::best();
+        let reinsertion = &options.reinsertion;
         let cells: &mut [BoxItem] = bytemuck::cast_slice_mut(&mut tree.nodes);
         let order = &mut tree.order[..];
         match method {
@@ -101,7 +111,14 @@ impl Builder {
             Method::Ploc { radius } => {
                 morton.sort(source, cells);
                 morton.gather(source, items, order, BoxItem::index);
-                ploc.build(items, cells, order, 0, radius as usize);
+                let most = std::env::var("GROUP").map_or(8, |t| t.parse().unwrap()); // TEMP
+                morton.groups(most, starts);
+                let radius = radius as usize;
+                ploc.build(items, starts, (cells, order), 0, radius, |upper| {
+                    if let Some(Reinsertion { share, passes }) = reinsertion {
+                        upper.improve(largest(2 * source.len() - 1, *share), *passes);
+                    }
+                });
             }
             Method::Subset(options) => {
                 morton.sort(source, cells);

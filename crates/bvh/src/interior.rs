@@ -40,7 +40,9 @@ impl Interior {
         }
         match self {
             Self::Ploc(radius) => {
-                ploc::Scratch::default().build(items, cells, order, first, radius as usize);
+                let starts: Vec<u32> = (0..=items.len() as u32).collect();
+                let to = (cells, order);
+                ploc::Scratch::default().build(items, &starts, to, first, radius as usize, |_| ());
             }
             _ => agglomerate(items, cells, order, first),
         }

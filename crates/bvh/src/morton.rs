@@ -109,6 +109,21 @@ impl Morton {
         let highest = 63 - (first ^ last).leading_zeros().min(63);
         start + words.partition_point(|word| word >> highest & 1 == 0)
     }
+
+    /// Where the groups of up to `most` places begin that [`Morton::split`] leaves, and the end.
+    pub fn groups(&self, most: usize, starts: &mut Vec<u32>) {
+        starts.clear();
+        let mut waiting = vec![(0, self.words.len())];
+        while let Some((start, end)) = waiting.pop() {
+            if end - start <= most {
+                starts.push(start as u32);
+            } else {
+                let middle = self.split(start, end);
+                waiting.extend([(middle, end), (start, middle)]);
+            }
+        }
+        starts.push(self.words.len() as u32);
+    }
 }
 
 fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) {

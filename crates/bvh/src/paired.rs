@@ -13,9 +13,10 @@ const LEAF: u32 = 1 << 31;
 
 /// The upper part of a binary tree: siblings lie side by side.
 ///
-/// A cell is a box, its half area and a link: the pair of a node's children, or, for what is below
-/// the upper part, the node that is its root. The cells of pair `i` are `2i` and `2i + 1`. A move
-/// writes three cells and three parents; no pair changes its place.
+/// A cell is a box, its half area and a link: the pair of a node's children, or the number of a
+/// subtree below the upper part. The cells of pair `i` are `2i` and `2i + 1`. A move writes three
+/// cells and three parents; no pair changes its place.
+#[derive(Clone, Debug)]
 pub struct Paired {
     cells: Vec<BoxItem>,
     /// The cell whose children a pair is; the root has pair 0 for itself.
@@ -23,7 +24,47 @@ pub struct Paired {
 }
 
 impl Paired {
-    /// All nodes of at least an area and their children, of a tree that is not empty.
+    /// Nothing yet but room for the root.
+    pub fn empty() -> Self {
+        Self {
+            cells: vec![BoxItem::EMPTY; 2],
+            parents: vec![ROOT],
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.cells.truncate(2);
+        self.parents.truncate(1);
+    }
+
+    /// A subtree with this box, to be joined with others.
+    #[inline(always)]
+    pub fn subtree(bounds: &BoxItem, number: u32) -> BoxItem {
+        with_area(bounds.with_index(number | LEAF))
+    }
+
+    /// Makes a pair of two, and returns the node above it.
+    #[inline(always)]
+    pub fn join(&mut self, low: &BoxItem, high: &BoxItem) -> BoxItem {
+        let pair = self.parents.len() as u32;
+        self.parents.push(ROOT);
+        for (cell, at) in [(low, 2 * pair), (high, 2 * pair + 1)] {
+            self.cells.push(*cell);
+            if let Some(below) = pair_of(cell) {
+                self.parents[below as usize] = at;
+            }
+        }
+        with_area(low.union(high).with_index(pair))
+    }
+
+    /// Makes what was joined last the root.
+    pub fn set_root(&mut self, root: BoxItem) {
+        self.cells[ROOT as usize] = root;
+    }
+
+    /// All nodes of at least an area and their children, of a tree that is not empty. The number of a
+    /// subtree is the node where it begins.
     pub fn new(tree: &Bvh, least_area: f32) -> Self {
         let cell = |index: usize| {
             let bounds = tree.nodes[index].bounds();
@@ -116,38 +157,81 @@ impl Paired {
         }
     }
 
-    /// Writes the tree in depth-first order, with what is below out of the former one.
-    pub fn write(&self, former: &Bvh, tree: &mut Bvh) {
+    /// Where everything goes in depth-first order; `first` is the place of the first leaf, and
+    /// `count` the number of primitives of a subtree.
+    pub fn layout(&self, first: u32, count: impl Fn(u32) -> u32) -> Layout {
+        let mut layout = Layout::default();
         let mut waiting = vec![ROOT];
-        let mut inner = Vec::with_capacity(self.parents.len());
-        let (mut index, mut leaves) = (0, 0);
+        let (mut index, mut leaves) = (0, first);
         while let Some(at) = waiting.pop() {
             let cell = self.cell(at);
             if let Some(pair) = pair_of(cell) {
                 waiting.extend([2 * pair + 1, 2 * pair]);
-                tree.nodes[index] = cell.node(leaves as u32, 0);
-                inner.push(index);
+                layout.inner.push((index, cell.node(leaves, 0)));
                 index += 1;
                 continue;
             }
-            let from = (cell.index() ^ LEAF) as usize;
-            let Node { first, count, .. } = former.nodes[from];
-            let (first, count) = (first as usize, count as usize);
-            let moved = (leaves as u32).wrapping_sub(first as u32);
+            let number = cell.index() ^ LEAF;
+            let count = count(number);
+            layout.subtrees.push(Place {
+                number,
+                index,
+                first: leaves,
+                count,
+            });
+            index += 2 * count - 1;
+            leaves += count;
+        }
+        layout
+    }
+
+    /// Writes a tree out of the one of which this was made.
+    pub fn write(&self, former: &Bvh, tree: &mut Bvh) {
+        let layout = self.layout(0, |node| former.nodes[node as usize].count);
+        for place in &layout.subtrees {
+            let from = former.nodes[place.number as usize].first as usize;
+            let (to, count) = (place.first as usize, place.count as usize);
+            tree.order[to..to + count].copy_from_slice(&former.order[from..from + count]);
+            let moved = place.first.wrapping_sub(from as u32);
+            let (from, to) = (place.number as usize, place.index as usize);
             let nodes = &former.nodes[from..from + 2 * count - 1];
-            for (to, node) in tree.nodes[index..].iter_mut().zip(nodes) {
+            for (to, node) in tree.nodes[to..].iter_mut().zip(nodes) {
                 *to = Node {
                     first: node.first.wrapping_add(moved),
                     ..*node
                 };
             }
-            tree.order[leaves..leaves + count].copy_from_slice(&former.order[first..first + count]);
-            index += nodes.len();
-            leaves += count;
         }
-        for &index in inner.iter().rev() {
-            let low = tree.nodes[index + 1].count;
-            tree.nodes[index].count = low + tree.nodes[index + 2 * low as usize].count;
+        layout.write_inner(&mut tree.nodes);
+    }
+}
+
+/// Where the nodes of an upper part and the subtrees below it go.
+#[derive(Default)]
+pub struct Layout {
+    /// Inner nodes and their places, without counts.
+    inner: Vec<(u32, Node)>,
+    /// In their order.
+    pub subtrees: Vec<Place>,
+}
+
+/// A subtree: its first node, its first leaf and its leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub number: u32,
+    pub index: u32,
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Layout {
+    /// Writes the upper part, when all subtrees are there.
+    pub fn write_inner(&self, nodes: &mut [Node]) {
+        for &(index, node) in self.inner.iter().rev() {
+            let index = index as usize;
+            let low = nodes[index + 1].count;
+            let count = low + nodes[index + 2 * low as usize].count;
+            nodes[index] = Node { count, ..node };
         }
     }
 }

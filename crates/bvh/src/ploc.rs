@@ -3,97 +3,294 @@
 //! Meister and Bittner 2018, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
 //! Construction*: along a curve every group looks for the one, within a few places, with which its
 //! union has the least area; pairs that have found each other are joined, until one group is left.
+//!
+//! The first groups may be of up to eight items: their own trees are left to
+//! [`treelet`](crate::treelet), and are made when it is known where they go.
 
 use crate::item::BoxItem;
-use crate::linked::Joined;
-use lightshed_sampling::parallel::for_each_chunk;
+use crate::paired::{Layout, Paired, Place};
+use crate::treelet;
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes};
+use lightshed_sampling::parallel::{for_each, for_each_chunk};
 
 /// Groups that a thread takes at once.
 const CHUNK: usize = 1 << 11;
+/// Room before the first group and behind the last one, so that eight can be loaded.
+const APART: usize = LANES;
 
 /// Memory that is kept from one build to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Scratch {
-    joined: Joined,
-    /// Boxes of the groups that are left; the index is the group.
+    paired: Paired,
+    /// Groups that are left.
     groups: Vec<BoxItem>,
+    /// Their coordinates, greatest ones negated.
+    columns: [Vec<f32>; 6],
     nearest: Vec<u32>,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self {
+            paired: Paired::empty(),
+            groups: Vec::new(),
+            columns: Default::default(),
+            nearest: Vec::new(),
+        }
+    }
 }
 
 impl Scratch {
     /// Builds the tree over `items` in the order of a curve, not none. Groups look `radius` places
-    /// to both sides.
+    /// to both sides. The first groups begin at `starts`, which ends with the number of items, and
+    /// have one to eight each. `improve` may move what is above them.
     pub fn build(
         &mut self,
         items: &[BoxItem],
-        cells: &mut [BoxItem],
-        order: &mut [u32],
+        starts: &[u32],
+        (cells, order): (&mut [BoxItem], &mut [u32]),
         first: u32,
         radius: usize,
+        improve: impl FnOnce(&mut Paired),
     ) {
-        let count = items.len();
-        let radius = radius.max(1);
-        self.joined.clear();
+        self.paired.clear();
         self.groups.clear();
         self.groups
-            .extend((0u32..).zip(items).map(|(group, item)| item.with_index(group)));
+            .extend((0..).zip(starts.windows(2)).map(|(number, ends)| {
+                let own = &items[ends[0] as usize..ends[1] as usize];
+                let bounds = own.iter().fold(BoxItem::EMPTY, |all, item| all.union(item));
+                Paired::subtree(&bounds, number)
+            }));
+        let lanes = LaneChoice::best();
         while self.groups.len() > 1 {
-            self.nearest.resize(self.groups.len(), 0);
-            let groups = &self.groups;
-            for_each_chunk(&mut self.nearest, CHUNK, |start, nearest| {
-                find_nearest(groups, start, nearest, radius);
-            });
-            let mut kept = 0;
-            for place in 0..self.groups.len() {
-                let other = self.nearest[place] as usize;
-                let group = self.groups[place];
-                if self.nearest[other] as usize != place {
-                    self.groups[kept] = group;
-                } else if place < other {
-                    let other = self.groups[other];
-                    let union = group.union(&other);
-                    let number = self.joined.join(group.index(), other.index(), union, count);
-                    self.groups[kept] = union.with_index(number);
-                } else {
-                    // Joined at its partner's place.
-                    continue;
-                }
-                kept += 1;
-            }
-            self.groups.truncate(kept);
+            self.join_pairs(radius.max(1), lanes);
         }
-        self.joined.write(items, cells, order, first);
+        let Some(&root) = self.groups.first() else { return };
+        self.paired.set_root(root);
+        improve(&mut self.paired);
+        let count = |number: u32| starts[number as usize + 1] - starts[number as usize];
+        let layout = self.paired.layout(first, count);
+        write_subtrees(&layout, items, starts, cells, order);
+        layout.write_inner(bytemuck::cast_slice_mut(cells));
+    }
+
+    /// Joins all pairs of groups that are each other's nearest.
+    fn join_pairs(&mut self, radius: usize, lanes: LaneChoice) {
+        let Self {
+            paired,
+            groups,
+            columns,
+            nearest,
+        } = self;
+        for (axis, column) in columns.iter_mut().enumerate() {
+            column.clear();
+            column.resize(APART, 0.0);
+            // The lanes of a row: three, one that is no coordinate, and three.
+            let lane = axis + axis / 3;
+            column.extend(groups.iter().map(|group| group.row()[lane]));
+            column.resize(APART + groups.len() + APART, 0.0);
+        }
+        nearest.resize(groups.len(), 0);
+        let count = groups.len();
+        for_each_chunk(nearest, CHUNK, |start, nearest| {
+            lanes.run(FindNearest {
+                columns,
+                count,
+                start,
+                nearest,
+                radius,
+            });
+        });
+        let mut kept = 0;
+        for place in 0..count {
+            let other = nearest[place] as usize;
+            let group = groups[place];
+            if nearest[other] as usize != place {
+                groups[kept] = group;
+            } else if place < other {
+                groups[kept] = paired.join(&group, &groups[other]);
+            } else {
+                // Joined at its partner's place.
+                continue;
+            }
+            kept += 1;
+        }
+        groups.truncate(kept);
     }
 }
 
-/// The nearest of each of the groups from `start` on. Of equal ones that whose place differs from
-/// the own in lower bits: so of many equal boxes half are joined at a time, and two that are
+/// Finds the nearest of each of the groups from `start` on. Of equal ones that whose place differs
+/// from the own in lower bits: so of many equal boxes half are joined at a time, and two that are
 /// nearest of all always find each other.
-fn find_nearest(groups: &[BoxItem], start: usize, nearest: &mut [u32], radius: usize) {
-    let end = start + nearest.len();
-    let mut best = [(f32::INFINITY, u32::MAX); CHUNK];
-    let best = &mut best[..nearest.len()];
-    let closer = |best: &mut (f32, u32), area: f32, own: usize, other: usize| {
-        if area < best.0 || area == best.0 && (own ^ other) < own ^ best.1 as usize || best.1 == u32::MAX {
-            *best = (area, other as u32);
-        }
-    };
-    for place in start.saturating_sub(radius)..end {
-        let group = &groups[place];
-        for other in place + 1..(place + 1 + radius).min(groups.len()) {
-            if other < start {
-                continue;
+struct FindNearest<'a> {
+    columns: &'a [Vec<f32>; 6],
+    count: usize,
+    start: usize,
+    nearest: &'a mut [u32],
+    radius: usize,
+}
+
+/// The best so far: its area, and in which bits its place differs.
+struct Best {
+    area: f32,
+    differs: usize,
+}
+
+impl LaneKernel for FindNearest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            columns,
+            count,
+            start,
+            nearest,
+            radius,
+        } = self;
+        for (i, nearest) in nearest.iter_mut().enumerate() {
+            let place = start + i;
+            let own = [
+                L::splat(columns[0][APART + place]),
+                L::splat(columns[1][APART + place]),
+                L::splat(columns[2][APART + place]),
+                L::splat(columns[3][APART + place]),
+                L::splat(columns[4][APART + place]),
+                L::splat(columns[5][APART + place]),
+            ];
+            let mut best = Best {
+                area: f32::INFINITY,
+                differs: usize::MAX,
+            };
+            let (before, after) = (radius.min(place), radius.min(count - 1 - place));
+            let mut done = 0;
+            while done < after {
+                let places = (after - done).min(LANES);
+                look::<L>(
+                    columns,
+                    &own,
+                    place,
+                    place + 1 + done,
+                    (1 << places) - 1,
+                    &mut best,
+                );
+                done += LANES;
             }
-            let area = group.union(&groups[other]).half_area();
-            if place >= start {
-                closer(&mut best[place - start], area, place, other);
+            let mut done = 0;
+            while done < before {
+                let places = (before - done).min(LANES);
+                let mask = 0xff & !(0xff >> places);
+                // The last lane is the nearest place; there is room before the first.
+                look::<L>(
+                    columns,
+                    &own,
+                    place,
+                    (place - done).wrapping_sub(LANES),
+                    mask,
+                    &mut best,
+                );
+                done += LANES;
             }
-            if other < end {
-                closer(&mut best[other - start], area, other, place);
-            }
+            *nearest = (place ^ best.differs) as u32;
         }
     }
-    for (nearest, best) in nearest.iter_mut().zip(best) {
-        *nearest = best.1;
+}
+
+/// Looks at the eight groups from `at` on that are in the mask; `at` may lie before the first.
+#[inline(always)]
+fn look<L: Lanes>(
+    columns: &[Vec<f32>; 6],
+    own: &[L; 6],
+    place: usize,
+    at: usize,
+    mask: u32,
+    best: &mut Best,
+) {
+    let from = at.wrapping_add(APART);
+    let mut union = *own;
+    for axis in 0..6 {
+        match columns[axis][from..].first_chunk() {
+            Some(eight) => union[axis] = own[axis].min(L::load(eight)),
+            None => return,
+        }
+    }
+    let [x, y, z, u, v, w] = union;
+    let (x, y, z) = (x + u, y + v, z + w);
+    let areas = x * y + y * z + z * x;
+    let least = areas.least_of(mask);
+    let area = least.first();
+    if area <= best.area {
+        let mut bits = areas.equal(least).bits() & mask;
+        while bits != 0 {
+            let differs = place ^ at.wrapping_add(bits.trailing_zeros() as usize);
+            if area < best.area || differs < best.differs {
+                *best = Best { area, differs };
+            }
+            bits &= bits - 1;
+        }
+    }
+}
+
+/// Builds the subtrees of groups where they go.
+fn write_subtrees(
+    layout: &Layout,
+    items: &[BoxItem],
+    starts: &[u32],
+    cells: &mut [BoxItem],
+    order: &mut [u32],
+) {
+    let lanes = LaneChoice::best();
+    let mut parts = Vec::new();
+    let (mut cells, mut order) = (cells, order);
+    let (mut from, mut leaf) = (0, layout.subtrees.first().map_or(0, |place| place.first) as usize);
+    for places in layout.subtrees.chunks(CHUNK) {
+        let (begin, end) = (places[0], places[places.len() - 1]);
+        let last = (end.index + 2 * end.count - 1) as usize;
+        let (own, rest) = cells.split_at_mut(last - from);
+        let own = &mut own[begin.index as usize - from..];
+        let (leaves, after) = order.split_at_mut((end.first + end.count) as usize - leaf);
+        (from, leaf) = (last, (end.first + end.count) as usize);
+        (cells, order) = (rest, after);
+        parts.push(Subtrees {
+            places,
+            items,
+            starts,
+            cells: own,
+            order: leaves,
+        });
+    }
+    for_each(parts.into_iter(), |_, part| lanes.run(part));
+}
+
+/// Some subtrees, and the cells and leaves from the first of them on.
+struct Subtrees<'a> {
+    places: &'a [Place],
+    items: &'a [BoxItem],
+    starts: &'a [u32],
+    cells: &'a mut [BoxItem],
+    order: &'a mut [u32],
+}
+
+impl LaneKernel for Subtrees<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let begin = self.places[0];
+        for place in self.places {
+            let start = self.starts[place.number as usize] as usize;
+            let count = place.count as usize;
+            let mut few = [BoxItem::EMPTY; treelet::MOST];
+            for i in 0..count.min(treelet::MOST) {
+                few[i] = self.items[start + i];
+            }
+            let (cell, leaf) = (
+                (place.index - begin.index) as usize,
+                (place.first - begin.first) as usize,
+            );
+            let cells = &mut self.cells[cell..cell + 2 * count - 1];
+            let order = &mut self.order[leaf..leaf + count];
+            treelet::build::<L>(&few, count, cells, order, place.first);
+        }
     }
 }

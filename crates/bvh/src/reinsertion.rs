@@ -57,19 +57,63 @@ impl Bvh {
     /// were moves.
     pub(crate) fn reinsert_into(&mut self, reinsertion: &Reinsertion, room: &mut Self) {
         let nodes = self.nodes.len();
-        let first = (nodes as f64 * f64::from(reinsertion.share)).ceil() as usize;
+        let first = largest(nodes, reinsertion.share);
         // Of up to two primitives there is one tree.
         if first == 0 || reinsertion.passes == 0 || self.len() < 3 {
             return;
         }
-        let [mut threshold, least] = self.areas_of_largest([first, first.saturating_mul(REACH)]);
+        let areas = || {
+            self.nodes
+                .iter()
+                .map(|node| BoxItem::new(&node.bounds(), 0).half_area())
+        };
+        let least = area_of_largest(nodes, first.saturating_mul(REACH), areas);
         let mut paired = Paired::new(self, least);
+        if paired.improve(first, reinsertion.passes) {
+            room.nodes.resize(self.nodes.len(), Node::default());
+            room.order.resize(self.order.len(), 0);
+            core::mem::swap(self, room);
+            paired.write(room, self);
+        }
+    }
+}
+
+/// How many of `nodes` are a share of them.
+pub fn largest(nodes: usize, share: f32) -> usize {
+    ((nodes as f64 * f64::from(share)).ceil() as usize).min(nodes)
+}
+
+/// An area that about `count` of `all` nodes reach, by a sample.
+fn area_of_largest<A: Iterator<Item = f32>>(all: usize, count: usize, areas: impl FnOnce() -> A) -> f32 {
+    if count >= all {
+        return 0.0;
+    }
+    let step = all.div_ceil(SAMPLE);
+    let mut numbers = vec![0u32; AREAS];
+    for area in areas().step_by(step) {
+        numbers[(area.to_bits() >> 20) as usize % AREAS] += 1;
+    }
+    let mut left = count.div_ceil(step);
+    for (group, &number) in numbers.iter().enumerate().rev() {
+        if number as usize >= left {
+            return f32::from_bits((group as u32) << 20);
+        }
+        left -= number as usize;
+    }
+    0.0
+}
+
+impl Paired {
+    /// Moves subtrees; the first pass looks at the `first` largest. Whether any was moved.
+    pub fn improve(&mut self, first: usize, passes: u32) -> bool {
+        let areas = || (0..self.len() as u32).map(|cell| area_of(self.cell(cell)));
+        let mut threshold = area_of_largest(self.len(), first, areas);
         let mut largest: Vec<(f32, u32)> = Vec::new();
-        let mut locked = vec![0u32; paired.len()];
+        let mut locked = vec![0u32; self.len()];
         let mut has_moved = false;
-        for pass in 1..=reinsertion.passes {
+        for pass in 1..=passes {
             let share = |pass: u32| first.div_ceil(2 * pass as usize - 1);
-            paired.collect_largest(threshold, share(pass), &mut largest);
+            self.collect_largest(threshold, share(pass), &mut largest);
             let next = share(pass + 1).min(largest.len());
             if next > 0 {
                 let by_area = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
@@ -79,7 +123,7 @@ impl Bvh {
             for_each_chunk(&mut moves, CHUNK, |start, moves| {
                 let mut waiting = Vec::new();
                 for (found, &(_, node)) in moves.iter_mut().zip(&largest[start..]) {
-                    *found = paired.best_move(node, &mut waiting);
+                    *found = self.best_move(node, &mut waiting);
                 }
             });
             let mut moves: Vec<Move> = moves.into_iter().flatten().collect();
@@ -88,40 +132,13 @@ impl Bvh {
             }
             moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
             for found in &moves {
-                paired.make(found, &mut locked, pass);
+                self.make(found, &mut locked, pass);
             }
             has_moved = true;
         }
-        if has_moved {
-            room.nodes.resize(self.nodes.len(), Node::default());
-            room.order.resize(self.order.len(), 0);
-            core::mem::swap(self, room);
-            paired.write(room, self);
-        }
+        has_moved
     }
 
-    /// Areas that about so many nodes reach, by a sample.
-    fn areas_of_largest<const N: usize>(&self, counts: [usize; N]) -> [f32; N] {
-        let step = self.nodes.len().div_ceil(SAMPLE);
-        let mut numbers = vec![0u32; AREAS];
-        for node in self.nodes.iter().step_by(step) {
-            let area = BoxItem::new(&node.bounds(), 0).half_area();
-            numbers[(area.to_bits() >> 20) as usize % AREAS] += 1;
-        }
-        counts.map(|count| {
-            let mut left = count.div_ceil(step);
-            for (group, &number) in numbers.iter().enumerate().rev() {
-                if number as usize >= left && count < self.nodes.len() {
-                    return f32::from_bits((group as u32) << 20);
-                }
-                left = left.saturating_sub(number as usize);
-            }
-            0.0
-        })
-    }
-}
-
-impl Paired {
     /// The cells of at least an area, but for the root and what has no grandparent: at most
     /// `most`, the largest.
     fn collect_largest(&self, area: f32, most: usize, largest: &mut Vec<(f32, u32)>) {
