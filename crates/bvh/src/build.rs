@@ -15,7 +15,7 @@ use crate::source::Source;
 use crate::subset;
 use crate::traverse::MAX_DEPTH;
 use crate::tree::Bvh;
-use lightshed_lanes::LaneChoice;
+use lightshed_lanes::{LaneChoice, prefetch};
 
 /// Builds trees, and keeps the memory for the next one.
 ///
@@ -110,10 +110,10 @@ impl Builder {
             }
             Method::Ploc { radius } => {
                 morton.sort(source, cells);
-                morton.gather(source, items, order, BoxItem::index);
-                let most = std::env::var("GROUP").map_or(8, |t| t.parse().unwrap()); // TEMP
+                let most = treelet::MOST;
                 morton.groups(most, starts);
                 let radius = radius as usize;
+                let items = &Sorted { source, morton };
                 ploc.build(items, starts, (cells, order), 0, radius, |upper| {
                     if let Some(Reinsertion { share, passes }) = reinsertion {
                         upper.improve(largest(2 * source.len() - 1, *share), *passes);
@@ -143,6 +143,24 @@ impl Builder {
                 interior.build(group, lanes);
             }
         }
+    }
+}
+
+/// Primitives along the curve.
+struct Sorted<'a, P> {
+    source: &'a Source<'a, P>,
+    morton: &'a Morton,
+}
+
+impl<P: Primitive> ploc::Along for Sorted<'_, P> {
+    #[inline(always)]
+    fn item(&self, place: usize) -> BoxItem {
+        self.source.item(self.morton.index(place))
+    }
+
+    #[inline(always)]
+    fn announce(&self, place: usize) {
+        prefetch(self.source.primitive(self.morton.index(place)));
     }
 }
 

@@ -42,7 +42,7 @@ impl Interior {
             Self::Ploc(radius) => {
                 let starts: Vec<u32> = (0..=items.len() as u32).collect();
                 let to = (cells, order);
-                ploc::Scratch::default().build(items, &starts, to, first, radius as usize, |_| ());
+                ploc::Scratch::default().build(&*items, &starts, to, first, radius as usize, |_| ());
             }
             _ => agglomerate(items, cells, order, first),
         }

@@ -18,6 +18,10 @@ const CHUNK: usize = 1 << 11;
 /// Room before the first group and behind the last one, so that eight can be loaded.
 const APART: usize = LANES;
 
+/// Items and groups of items that are asked for ahead of their turn.
+const AHEAD: usize = 24;
+const GROUPS_AHEAD: usize = 4;
+
 /// Memory that is kept from one build to the next.
 #[derive(Clone, Debug)]
 pub struct Scratch {
@@ -40,13 +44,29 @@ impl Default for Scratch {
     }
 }
 
+/// Items along a curve.
+pub trait Along: Sync {
+    /// The item at a place.
+    fn item(&self, place: usize) -> BoxItem;
+
+    /// Says that the item at a place will be asked for soon.
+    fn announce(&self, _place: usize) {}
+}
+
+impl Along for [BoxItem] {
+    #[inline(always)]
+    fn item(&self, place: usize) -> BoxItem {
+        self[place]
+    }
+}
+
 impl Scratch {
     /// Builds the tree over `items` in the order of a curve, not none. Groups look `radius` places
     /// to both sides. The first groups begin at `starts`, which ends with the number of items, and
     /// have one to eight each. `improve` may move what is above them.
-    pub fn build(
+    pub fn build<I: Along + ?Sized>(
         &mut self,
-        items: &[BoxItem],
+        items: &I,
         starts: &[u32],
         (cells, order): (&mut [BoxItem], &mut [u32]),
         first: u32,
@@ -55,12 +75,17 @@ impl Scratch {
     ) {
         self.paired.clear();
         self.groups.clear();
-        self.groups
-            .extend((0..).zip(starts.windows(2)).map(|(number, ends)| {
-                let own = &items[ends[0] as usize..ends[1] as usize];
-                let bounds = own.iter().fold(BoxItem::EMPTY, |all, item| all.union(item));
-                Paired::subtree(&bounds, number)
-            }));
+        self.groups.resize(starts.len().saturating_sub(1), BoxItem::EMPTY);
+        for_each_chunk(&mut self.groups, CHUNK, |from, groups| {
+            for (number, group) in (from..).zip(groups) {
+                let mut bounds = BoxItem::EMPTY;
+                for place in starts[number] as usize..starts[number + 1] as usize {
+                    items.announce(place + AHEAD);
+                    bounds = bounds.union(&items.item(place));
+                }
+                *group = Paired::subtree(&bounds, number as u32);
+            }
+        });
         let lanes = LaneChoice::best();
         while self.groups.len() > 1 {
             self.join_pairs(radius.max(1), lanes);
@@ -232,9 +257,9 @@ fn look<L: Lanes>(
 }
 
 /// Builds the subtrees of groups where they go.
-fn write_subtrees(
+fn write_subtrees<I: Along + ?Sized>(
     layout: &Layout,
-    items: &[BoxItem],
+    items: &I,
     starts: &[u32],
     cells: &mut [BoxItem],
     order: &mut [u32],
@@ -263,26 +288,32 @@ fn write_subtrees(
 }
 
 /// Some subtrees, and the cells and leaves from the first of them on.
-struct Subtrees<'a> {
+struct Subtrees<'a, I: ?Sized> {
     places: &'a [Place],
-    items: &'a [BoxItem],
+    items: &'a I,
     starts: &'a [u32],
     cells: &'a mut [BoxItem],
     order: &'a mut [u32],
 }
 
-impl LaneKernel for Subtrees<'_> {
+impl<I: Along + ?Sized> LaneKernel for Subtrees<'_, I> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let begin = self.places[0];
-        for place in self.places {
+        for (i, place) in self.places.iter().enumerate() {
+            if let Some(soon) = self.places.get(i + GROUPS_AHEAD) {
+                let start = self.starts[soon.number as usize] as usize;
+                for soon in start..start + soon.count as usize {
+                    self.items.announce(soon);
+                }
+            }
             let start = self.starts[place.number as usize] as usize;
             let count = place.count as usize;
             let mut few = [BoxItem::EMPTY; treelet::MOST];
             for i in 0..count.min(treelet::MOST) {
-                few[i] = self.items[start + i];
+                few[i] = self.items.item(start + i);
             }
             let (cell, leaf) = (
                 (place.index - begin.index) as usize,
