@@ -8,6 +8,7 @@
 
 mod cpu;
 mod scenes;
+mod ways;
 
 use cpu::cpu_seconds;
 use lightshed_bvh::glam::{Vec3, Vec3A};
@@ -15,7 +16,7 @@ use lightshed_bvh::obvhs::aabb::Aabb;
 use lightshed_bvh::obvhs::bvh2::builder::build_bvh2;
 use lightshed_bvh::obvhs::{Boundable, BvhBuildParams};
 use lightshed_bvh::{
-    Bounds, BuildOptions, Builder, Bvh, Insertion, Method, Preset, Primitive, Reinsertion, SubsetOptions,
+    Bounds, BuildOptions, Builder, Bvh, Insertion, Method, Preset, Primitive, SubsetOptions,
 };
 use lightshed_spatial::{Curve, CurveOrder};
 use std::time::{Duration, Instant};
@@ -143,28 +144,6 @@ fn limits(triangles: &[[Vec3; 3]]) {
     );
 }
 
-/// `method/share/passes`: a preset's name or `ploc` and a radius, and re-insertion.
-fn other(text: &str) -> (String, BuildOptions) {
-    let [name, share, passes] = text.split('/').collect::<Vec<_>>()[..] else {
-        panic!("{text}: method/share/passes");
-    };
-    let method = match (name.strip_prefix("ploc"), name) {
-        (Some(radius), _) => Method::Ploc {
-            radius: radius.parse().expect("a radius"),
-        },
-        (None, "curve") => Method::Curve,
-        (None, "subset") => Method::Subset(SubsetOptions::default()),
-        (None, "binned") => Method::Binned,
-        _ => panic!("{name}: curve, subset, binned, or ploc and a radius"),
-    };
-    let reinsertion = Reinsertion {
-        share: share.parse().expect("a share"),
-        passes: passes.parse().expect("a number of passes"),
-    };
-    let reinsertion = (reinsertion.passes > 0).then_some(reinsertion);
-    (text.to_owned(), BuildOptions { method, reinsertion })
-}
-
 /// `THREADS=1` measures on one thread alone.
 fn threads() -> Vec<usize> {
     let given = std::env::var("THREADS").ok().and_then(|n| n.parse().ok());
@@ -177,8 +156,7 @@ fn builds() -> Vec<(String, BuildOptions)> {
         .map(|preset| (format!("{preset:?}"), preset.options()))
         .into();
     all.push(("PLOC 8".to_owned(), Method::Ploc { radius: 8 }.into()));
-    let also = std::env::var("ALSO").unwrap_or_default();
-    all.extend(also.split(',').filter(|text| !text.is_empty()).map(other));
+    all.extend(ways::asked_for());
     let subsets = std::env::var("SUBSETS").unwrap_or_default();
     for text in subsets.split(',').filter(|text| !text.is_empty()) {
         let numbers: Vec<f32> = text.split('/').map(|n| n.parse().expect("a number")).collect();

@@ -6,9 +6,11 @@
 //! `cargo bench -p lightshed-bvh --bench rays -- [scene …]`: as `builders` does. The best of five
 //! turns, each of which goes through all trees. `COUNT=1` measures no time and counts what rays
 //! test, boxes and triangles for each ray: these numbers are the same on any machine.
+//! `ALSO=ploc8/0.05/16,…` adds other methods and re-insertion.
 
 mod cpu;
 mod scenes;
+mod ways;
 
 use cpu::cpu_seconds;
 use lightshed_bvh::glam::Vec3;
@@ -91,7 +93,7 @@ fn count(names: &[(String, BuildOptions)], trees: &[Bvh], triangles: &[[Vec3; 3]
             }
             print!("  {boxes:7.2} + {tests:5.2} ({:.3})", (boxes + tests) / *first);
         }
-        println!();
+        println!("  cost {:.2}", tree.sah_cost(1.0, 1.0));
     }
 }
 
@@ -206,5 +208,6 @@ fn builds() -> Vec<(String, BuildOptions)> {
         subset(&format!("subset, sweep {sweep}"), options);
     }
     subset("subset, windows", SubsetOptions::windowed());
+    all.extend(ways::asked_for());
     all
 }

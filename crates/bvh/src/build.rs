@@ -15,6 +15,7 @@ use crate::source::Source;
 use crate::subset;
 use crate::traverse::MAX_DEPTH;
 use crate::tree::Bvh;
+use crate::treelet;
 use lightshed_lanes::{LaneChoice, prefetch};
 
 /// Builds trees, and keeps the memory for the next one.

@@ -157,8 +157,9 @@ impl Paired {
         }
     }
 
-    /// Where everything goes in depth-first order; `first` is the place of the first leaf, and
-    /// `count` the number of primitives of a subtree.
+    /// Where everything goes in depth-first order, the larger child first: a ray that begins in
+    /// both boxes visits the first child first, and the larger one has more to hit. `first` is the
+    /// place of the first leaf, and `count` the number of primitives of a subtree.
     pub fn layout(&self, first: u32, count: impl Fn(u32) -> u32) -> Layout {
         let mut layout = Layout::default();
         let mut waiting = vec![ROOT];
@@ -166,7 +167,9 @@ impl Paired {
         while let Some(at) = waiting.pop() {
             let cell = self.cell(at);
             if let Some(pair) = pair_of(cell) {
-                waiting.extend([2 * pair + 1, 2 * pair]);
+                let [a, b] = [2 * pair, 2 * pair + 1];
+                let is_larger = area_of(self.cell(b)) > area_of(self.cell(a));
+                waiting.extend(if is_larger { [a, b] } else { [b, a] });
                 layout.inner.push((index, cell.node(leaves, 0)));
                 index += 1;
                 continue;
@@ -256,4 +259,81 @@ fn with_area(cell: BoxItem) -> BoxItem {
 #[inline(always)]
 pub fn area_of(cell: &BoxItem) -> f32 {
     cell.high.w
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Method;
+    use glam::Vec3;
+    use lightshed_sampling::CounterRng;
+    use lightshed_spatial::Bounds;
+    use lightshed_testkit::check_faults;
+
+    fn boxes(count: u32) -> Vec<Bounds> {
+        (0..count)
+            .map(|index| {
+                let mut rng = CounterRng::new(8, index, count);
+                let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                let size = if index % 9 == 0 { 0.5 } else { 0.02 };
+                Bounds::new(at, at + size * rng.next_f32())
+            })
+            .collect()
+    }
+
+    /// Whether a move is allowed.
+    fn may_move(paired: &Paired, node: u32, target: u32) -> bool {
+        if node < 2 || target < 2 || target == node || target == node ^ 1 || target == paired.parent(node) {
+            return false;
+        }
+        let mut up = target;
+        while up != ROOT {
+            if up == node {
+                return false;
+            }
+            up = paired.parent(up);
+        }
+        true
+    }
+
+    /// After any moves the tree is a tree, all boxes are exact, and cells say their areas, whether
+    /// all nodes or only the largest are in the upper part. A box that nobody fits is noticed.
+    #[test]
+    fn moves_leave_a_tree() {
+        for (count, least) in [(3u32, 0.0), (40, 0.0), (40, 0.1), (700, 0.0), (700, 0.02)] {
+            let boxes = boxes(count);
+            let former = Bvh::build(&boxes, Method::Curve).unwrap();
+            check_faults(&[()], |fault| {
+                let mut paired = Paired::new(&former, least);
+                let mut moves = 0;
+                for step in 0..500 {
+                    let mut rng = CounterRng::new(1, step, 0);
+                    let mut any = || (rng.next_f32() * paired.len() as f32) as u32;
+                    let (node, target) = (any(), any());
+                    if may_move(&paired, node, target) {
+                        paired.reinsert(node, target);
+                        moves += 1;
+                    }
+                }
+                assert!(moves > 30, "{moves}");
+                for cell in (0..paired.len() as u32).filter(|&cell| cell != ROOT + 1) {
+                    assert_eq!(area_of(paired.cell(cell)), paired.cell(cell).half_area());
+                }
+                if fault.is_some() {
+                    paired.cells[ROOT as usize].low.x -= 1.0;
+                }
+                let mut tree = former.clone();
+                paired.write(&former, &mut tree);
+                tree.check(&boxes).map_err(|fault| fault.to_string())?;
+                let mut fitted = tree.clone();
+                fitted.refit(&boxes).map_err(|error| error.to_string())?;
+                if fitted != tree {
+                    return Err("a box is not exact".to_owned());
+                }
+                assert!(tree != former);
+                Ok(())
+            })
+            .unwrap();
+        }
+    }
 }

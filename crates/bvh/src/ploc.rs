@@ -107,14 +107,7 @@ impl Scratch {
             columns,
             nearest,
         } = self;
-        for (axis, column) in columns.iter_mut().enumerate() {
-            column.clear();
-            column.resize(APART, 0.0);
-            // The lanes of a row: three, one that is no coordinate, and three.
-            let lane = axis + axis / 3;
-            column.extend(groups.iter().map(|group| group.row()[lane]));
-            column.resize(APART + groups.len() + APART, 0.0);
-        }
+        fill_columns(groups, columns);
         nearest.resize(groups.len(), 0);
         let count = groups.len();
         for_each_chunk(nearest, CHUNK, |start, nearest| {
@@ -141,6 +134,23 @@ impl Scratch {
             kept += 1;
         }
         groups.truncate(kept);
+        if kept == count && count > 1 {
+            // Where areas are numbers some pair always meets.
+            let last = groups.swap_remove(count - 1);
+            groups[0] = paired.join(&groups[0], &last);
+        }
+    }
+}
+
+/// Coordinates of groups, with room before and behind them.
+fn fill_columns(groups: &[BoxItem], columns: &mut [Vec<f32>; 6]) {
+    for (axis, column) in columns.iter_mut().enumerate() {
+        column.clear();
+        column.resize(APART, 0.0);
+        // The lanes of a row: three, one that is no coordinate, and three.
+        let lane = axis + axis / 3;
+        column.extend(groups.iter().map(|group| group.row()[lane]));
+        column.resize(APART + groups.len() + APART, 0.0);
     }
 }
 
@@ -183,9 +193,10 @@ impl LaneKernel for FindNearest<'_> {
                 L::splat(columns[4][APART + place]),
                 L::splat(columns[5][APART + place]),
             ];
+            let beside = if place + 1 < count { place + 1 } else { place - 1 };
             let mut best = Best {
                 area: f32::INFINITY,
-                differs: usize::MAX,
+                differs: place ^ beside,
             };
             let (before, after) = (radius.min(place), radius.min(count - 1 - place));
             let mut done = 0;
@@ -322,6 +333,67 @@ impl<I: Along + ?Sized> LaneKernel for Subtrees<'_, I> {
             let cells = &mut self.cells[cell..cell + 2 * count - 1];
             let order = &mut self.order[leaf..leaf + count];
             treelet::build::<L>(&few, count, cells, order, place.first);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use lightshed_sampling::CounterRng;
+    use lightshed_spatial::Bounds;
+    use lightshed_testkit::check_faults;
+
+    /// Groups find what a search without lanes finds, over equal boxes, too; a search that stops a
+    /// place too early is noticed.
+    #[test]
+    fn groups_find_their_nearest() {
+        for (seed, (count, radius)) in [(2usize, 1usize), (9, 3), (40, 8), (300, 11), (70, 100)]
+            .into_iter()
+            .enumerate()
+        {
+            let groups: Vec<BoxItem> = (0..count as u32)
+                .map(|index| {
+                    let mut rng = CounterRng::new(seed as u64, index, 0);
+                    let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                    // A half of them are equal.
+                    let at = if index % 4 < 2 { Vec3::ONE } else { at };
+                    BoxItem::new(&Bounds::new(at, at + 0.1), index)
+                })
+                .collect();
+            let nearest = |place: usize, radius: usize| {
+                let near = place.saturating_sub(radius)..(place + radius + 1).min(count);
+                near.filter(|&other| other != place)
+                    .min_by(|&a, &b| {
+                        let area = |other: usize| groups[place].union(&groups[other]).half_area();
+                        area(a).total_cmp(&area(b)).then((place ^ a).cmp(&(place ^ b)))
+                    })
+                    .unwrap_or(place)
+            };
+            let mut columns: [Vec<f32>; 6] = Default::default();
+            fill_columns(&groups, &mut columns);
+            let faults: &[()] = if radius > 1 && radius < count { &[()] } else { &[] };
+            for lanes in [LaneChoice::best(), LaneChoice::ARRAY] {
+                check_faults(faults, |fault| {
+                    let mut found = vec![0; count];
+                    lanes.run(FindNearest {
+                        columns: &columns,
+                        count,
+                        start: 0,
+                        nearest: &mut found,
+                        radius: radius - fault.map_or(0, |()| 1),
+                    });
+                    for (place, &found) in found.iter().enumerate() {
+                        let expected = nearest(place, radius);
+                        if found as usize != expected {
+                            return Err(format!("{place} of {count}: {found}, not {expected}"));
+                        }
+                    }
+                    Ok(())
+                })
+                .unwrap();
+            }
         }
     }
 }

@@ -10,14 +10,14 @@ use crate::subset::SubsetOptions;
 pub enum Preset {
     /// Along a curve.
     Fastest,
-    /// Upper levels from a stochastic subset.
+    /// Neighbours on the curve are joined; re-insertion of a hundredth of the nodes.
     Fast,
-    /// Binned.
+    /// Upper levels from a stochastic subset; re-insertion of a fiftieth.
     #[default]
     Medium,
-    /// Binned, and a pass of re-insertion over a tenth of the nodes.
+    /// Binned; re-insertion of a tenth.
     High,
-    /// Binned, and several passes over a third.
+    /// Binned; re-insertion of a third.
     Best,
 }
 
@@ -40,10 +40,10 @@ impl Preset {
     pub fn options(self) -> BuildOptions {
         let (method, reinsertion) = match self {
             Self::Fastest => (Method::Curve, None),
-            Self::Fast => (Method::Subset(SubsetOptions::default()), None),
-            Self::Medium => (Method::Binned, None),
-            Self::High => (Method::Binned, Some((0.1, 1))),
-            Self::Best => (Method::Binned, Some((0.3, 3))),
+            Self::Fast => (Method::Ploc { radius: 2 }, Some((0.01, 16))),
+            Self::Medium => (Method::Subset(SubsetOptions::default()), Some((0.02, 16))),
+            Self::High => (Method::Binned, Some((0.1, 16))),
+            Self::Best => (Method::Binned, Some((0.3, 16))),
         };
         BuildOptions {
             method,
@@ -53,11 +53,11 @@ impl Preset {
 
     fn costs(self) -> Costs {
         let (build, slowdown) = match self {
-            Self::Fastest => (105.0, 0.30),
-            Self::Fast => (190.0, 0.09),
-            Self::Medium => (285.0, 0.08),
-            Self::High => (485.0, 0.035),
-            Self::Best => (915.0, 0.0),
+            Self::Fastest => (105.0, 0.50),
+            Self::Fast => (175.0, 0.16),
+            Self::Medium => (250.0, 0.10),
+            Self::High => (395.0, 0.05),
+            Self::Best => (670.0, 0.0),
         };
         Costs { build, slowdown }
     }

@@ -177,3 +177,31 @@ impl Bvh {
 pub(crate) fn children(nodes: &[Node], index: usize) -> Option<[usize; 2]> {
     (nodes[index].count > 1).then(|| [index + 1, index + 2 * nodes[index + 1].count as usize])
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Bvh, Method};
+    use glam::Vec3;
+    use lightshed_spatial::Bounds;
+
+    /// The answer is that of counting all levels, in trees of all shapes.
+    #[test]
+    fn deep_trees_are_noticed() {
+        for count in [0u32, 1, 2, 3, 9, 60, 500] {
+            // Each box holds those before it: chains.
+            let nested: Vec<Bounds> = (0..count)
+                .map(|i| Bounds::new(Vec3::ZERO, Vec3::splat(1.1f32.powi(i as i32 % 300))))
+                .collect();
+            let apart: Vec<Bounds> = (0..count).map(|i| Bounds::of_point(Vec3::X * i as f32)).collect();
+            for boxes in [nested, apart] {
+                for method in [Method::Agglomerative, Method::Ploc { radius: 4 }, Method::Binned] {
+                    let tree = Bvh::build(&boxes, method).unwrap();
+                    for levels in 0..tree.depth() + 2 {
+                        let expected = tree.depth() > levels;
+                        assert_eq!(tree.is_deeper_than(levels), expected, "{count}, {levels}");
+                    }
+                }
+            }
+        }
+    }
+}

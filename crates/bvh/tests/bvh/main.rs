@@ -71,6 +71,8 @@ pub enum Layout {
     TeapotInStadium,
     /// A few equal to the whole.
     Large,
+    /// Long ones in all sizes among small ones, as beams and walls among things.
+    Mixed,
     /// Coordinates of 1e-38.
     Tiny,
     /// Coordinates of 1e38.
@@ -82,13 +84,14 @@ pub enum Layout {
 }
 
 /// All kinds.
-pub const LAYOUTS: [Layout; 10] = [
+pub const LAYOUTS: [Layout; 11] = [
     Layout::Uniform,
     Layout::Equal,
     Layout::Line,
     Layout::Points,
     Layout::TeapotInStadium,
     Layout::Large,
+    Layout::Mixed,
     Layout::Tiny,
     Layout::Huge,
     Layout::AllNumbers,
@@ -113,6 +116,13 @@ pub fn boxes(layout: Layout, count: u32, seed: u64) -> Vec<Bounds> {
                 Layout::TeapotInStadium => usual,
                 Layout::Large if index % 50 == 0 => Bounds::new(Vec3::splat(-1.0), Vec3::splat(1.05)),
                 Layout::Large => usual,
+                Layout::Mixed => {
+                    let mut long = size * 0.01;
+                    if index % 8 == 0 {
+                        long[index as usize / 8 % 3] += rng.next_f32().powi(2);
+                    }
+                    Bounds::new(at, at + long)
+                }
                 Layout::Tiny => scaled(1e-38),
                 Layout::Huge => scaled(1e38),
                 Layout::AllNumbers => {

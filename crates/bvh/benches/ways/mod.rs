@@ -1,0 +1,31 @@
+//! Ways to build that a command asks for.
+
+use lightshed_bvh::{BuildOptions, Method, Reinsertion, SubsetOptions};
+
+/// Those of `ALSO=method/share/passes,…`.
+pub fn asked_for() -> Vec<(String, BuildOptions)> {
+    let also = std::env::var("ALSO").unwrap_or_default();
+    also.split(',').filter(|text| !text.is_empty()).map(way).collect()
+}
+
+/// `curve`, `subset`, `binned`, or `ploc` and a radius; and re-insertion.
+fn way(text: &str) -> (String, BuildOptions) {
+    let [name, share, passes] = text.split('/').collect::<Vec<_>>()[..] else {
+        panic!("{text}: method/share/passes");
+    };
+    let method = match (name.strip_prefix("ploc"), name) {
+        (Some(radius), _) => Method::Ploc {
+            radius: radius.parse().expect("a radius"),
+        },
+        (None, "curve") => Method::Curve,
+        (None, "subset") => Method::Subset(SubsetOptions::default()),
+        (None, "binned") => Method::Binned,
+        _ => panic!("{name}: curve, subset, binned, or ploc and a radius"),
+    };
+    let reinsertion = Reinsertion {
+        share: share.parse().expect("a share"),
+        passes: passes.parse().expect("a number of passes"),
+    };
+    let reinsertion = (reinsertion.passes > 0).then_some(reinsertion);
+    (text.to_owned(), BuildOptions { method, reinsertion })
+}
