@@ -331,6 +331,10 @@ mod tests {
                     return Err("a box is not exact".to_owned());
                 }
                 assert!(tree != former);
+                let area = |index: usize| BoxItem::new(&tree.nodes[index].bounds(), 0).half_area();
+                for [low, high] in (0..tree.nodes.len()).filter_map(|index| tree.children(index)) {
+                    assert!(least > 0.0 || area(low) >= area(high));
+                }
                 Ok(())
             })
             .unwrap();
