@@ -4,7 +4,8 @@
 //!
 //! `cargo bench -p lightshed-bvh --bench builders -- [scene …]`: `hairball:N`, `city:N`
 //! (thousands of triangles), or a PLY file. `ONLY=part` of a name builds in that way alone;
-//! `ALSO=ploc8/0.05/16,…` adds other methods and re-insertion, `SUBSETS=0.1/2/8/0,…` subsets of that fraction, clusters, window (0: planes) and sweep.
+//! `ALSO=ploc8/0.05/16,…` adds other methods and re-insertion, `SUBSETS=0.1/2/8/0,…` subsets of
+//! that fraction, clusters, window (0: planes) and sweep.
 
 mod cpu;
 mod scenes;

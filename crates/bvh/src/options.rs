@@ -11,8 +11,8 @@ use crate::subset::SubsetOptions;
 pub enum Method {
     /// Along Morton's curve, by the bits of the codes (Lauterbach et al. 2009): the fastest.
     Curve,
-    /// From the bottom up among neighbours on Morton's curve (Meister and Bittner 2018), from groups
-    /// of up to eight on.
+    /// From the bottom up among neighbours on Morton's curve (Meister and Bittner 2018), from
+    /// groups of up to eight on.
     Ploc {
         /// Places to both sides that a group looks at.
         radius: u32,

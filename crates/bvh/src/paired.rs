@@ -63,8 +63,8 @@ impl Paired {
         self.cells[ROOT as usize] = root;
     }
 
-    /// All nodes of at least an area and their children, of a tree that is not empty. The number of a
-    /// subtree is the node where it begins.
+    /// All nodes of at least an area and their children, of a tree that is not empty. The number of
+    /// a subtree is the node where it begins.
     pub fn new(tree: &Bvh, least_area: f32) -> Self {
         let cell = |index: usize| {
             let bounds = tree.nodes[index].bounds();
