@@ -323,7 +323,8 @@ impl<Q: Query> Traversal<Q> {
             let Some((child, entered)) = stack.pop() else {
                 return true;
             };
-            if entered <= self.query.t_max() {
+            // Triangles in the plane of a box may be hit a little before the ray enters it.
+            if entered <= self.query.t_max() * FAR_WIDENING {
                 self.child = Child(child);
                 self.prefetch(bvh);
                 return false;
