@@ -245,7 +245,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
          EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_endpoint \
          EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site \
-         LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
+         GuidedPaths::render_frame_elsewhere LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
          PathTracer::radiance RestirVolume::animated SceneWorld::arrive Trial::merit VolumePathTracer::radiance",
     ),
     (
