@@ -111,20 +111,14 @@ fn render(
     half: GuidedHalf<'_>,
     image: &mut [Rgb],
 ) -> Result<RayCounts, GpuError> {
-    let wanted = match half.field {
-        Some(SceneField::Quadtree(field)) => {
-            if *guide != OnDevice::Field {
-                device.set_guide(Some(&field.flat()), half.roulette_depth)?;
-            }
-            OnDevice::Field
-        }
-        _ => {
-            if *guide != OnDevice::None {
-                device.set_guide(None, half.roulette_depth)?;
-            }
-            OnDevice::None
-        }
+    let field = match half.field {
+        Some(SceneField::Quadtree(field)) => Some(field),
+        _ => None,
     };
+    let wanted = field.map_or(OnDevice::None, |_| OnDevice::Field);
+    if *guide != wanted {
+        device.set_guide(field.map(|field| field.flat()).as_ref(), half.roulette_depth)?;
+    }
     *guide = wanted;
     let rendered = device.render(half.first, half.samples, half.seed)?;
     for (pixel, &mean) in image.iter_mut().zip(rendered.mean()) {

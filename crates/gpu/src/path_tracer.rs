@@ -230,7 +230,7 @@ impl<'a> GpuPathTracer<'a> {
     }
 
     /// Rays of the last wave, by what is left of its counts.
-    pub(crate) fn rays(&self) -> Result<RayCounts, GpuError> {
+    fn rays(&self) -> Result<RayCounts, GpuError> {
         let words = (self.memory.counts.bytes() / 4).min(2 * 1024) as usize;
         let counts: Vec<u32> = self.gpu.read(&self.memory.counts, words)?;
         let sum = |first: usize| counts.iter().skip(first).step_by(2).map(|&n| u64::from(n)).sum();

@@ -2,7 +2,8 @@
 //! a spatiotemporal filter, and covariance over time and space.
 //!
 //! ```text
-//! cargo run --release --example frame_study -- cornell doorway --methods path,restir-pt,restir-suffix
+//! cargo run --release --example frame_study -- cornell doorway \
+//!     --methods path,restir-pt,restir-suffix
 //! ```
 //!
 //! A frame of each method takes the processor time of a frame of the last one: methods of

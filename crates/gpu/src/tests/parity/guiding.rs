@@ -111,24 +111,16 @@ fn bits_of_quadtrees() {
             .map_or((0, [0; 2]), |leaf| (leaf.depth, leaf.place));
         [(0..place).map(bit).sum(), of(1), of(0), depth, x, y]
     };
-    let found = shader.run::<4, 6>(gpu, &inputs);
-    assert_eq!(compare("bits", Tier::Words, &inputs, &found, truth), Ok(()));
-    for fault in [
+    let faults = [
         // A rank that counts its own bit, a select that forgets a word, children in another order.
         ["(1u << count) - 1u", "(2u << count) - 1u"],
         ["left -= ones;", "left -= min(ones, 31u);"],
         ["vec2u(place, place >> 1u)", "vec2u(place >> 1u, place)"],
-    ] {
-        let planted = Shader {
-            planted: Some(fault),
-            ..shader
-        };
-        let found = planted.run::<4, 6>(gpu, &inputs);
-        assert!(
-            compare("planted", Tier::Words, &inputs, &found, truth).is_err(),
-            "{fault:?}"
-        );
-    }
+    ];
+    shader.check_with_faults(&faults, |shader| {
+        let found = shader.run::<4, 6>(gpu, &inputs);
+        compare("bits", Tier::Words, &inputs, &found, truth)
+    });
 }
 
 /// Directions and densities have the bits of the library's, for every number of words.
@@ -182,24 +174,16 @@ fn directions_of_quadtrees() {
             relative: 1e-5,
         }
     };
-    let found = shader.run::<7, 5>(gpu, &inputs);
-    assert_eq!(compare("directions", tier, &inputs, &found, truth), Ok(()));
-    for fault in [
+    let faults = [
         // A number of leaves too few, halves in the other order, the map's factor left out.
         ["end = 4u * (last + 1u)", "end = 4u * last"],
         ["scaled >= f32(low)", "scaled > f32(low)"],
         ["4.0 / (q * q * q)", "4.0"],
-    ] {
-        let planted = Shader {
-            planted: Some(fault),
-            ..shader
-        };
-        let found = planted.run::<7, 5>(gpu, &inputs);
-        assert!(
-            compare("planted", tier, &inputs, &found, truth).is_err(),
-            "{fault:?}"
-        );
-    }
+    ];
+    shader.check_with_faults(&faults, |shader| {
+        let found = shader.run::<7, 5>(gpu, &inputs);
+        compare("directions", tier, &inputs, &found, truth)
+    });
 }
 
 /// An octree that has followed points on a curve and in a corner.
@@ -312,24 +296,16 @@ fn slots_of_octrees() {
         let (own, other) = moved.map_or((u32::MAX, None), |(own, other)| (own, other));
         [slot(tree.slot(first)), now, before, own, slot(other)]
     };
-    let found = shader.run::<6, 5>(gpu, &inputs);
-    assert_eq!(compare("slots", Tier::Words, &inputs, &found, truth), Ok(()));
-    for fault in [
+    let faults = [
         // The child itself is counted, halves of other axes, a side of half the length.
         ["(1u << child) - 1u", "(2u << child) - 1u"],
         ["(bits.y << 1u)", "(bits.z << 1u)"],
         ["126u - own.depth", "125u - own.depth"],
-    ] {
-        let planted = Shader {
-            planted: Some(fault),
-            ..shader
-        };
-        let found = planted.run::<6, 5>(gpu, &inputs);
-        assert!(
-            compare("planted", Tier::Words, &inputs, &found, truth).is_err(),
-            "{fault:?}"
-        );
-    }
+    ];
+    shader.check_with_faults(&faults, |shader| {
+        let found = shader.run::<6, 5>(gpu, &inputs);
+        compare("slots", Tier::Words, &inputs, &found, truth)
+    });
 }
 
 /// A field that has learnt from light of a lamp above a floor, and from none elsewhere.

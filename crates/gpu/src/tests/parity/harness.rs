@@ -34,6 +34,22 @@ impl<'a> Shader<'a> {
         }
     }
 
+    /// Asserts that the shader agrees with the library, and with none of these faults planted.
+    pub fn check_with_faults(
+        &self,
+        faults: &[[&str; 2]],
+        agree: impl for<'s> Fn(&Shader<'s>) -> Result<(), String>,
+    ) {
+        assert_eq!(agree(self), Ok(()));
+        for &fault in faults {
+            let planted = Shader {
+                planted: Some(fault),
+                ..*self
+            };
+            assert!(agree(&planted).is_err(), "{fault:?}");
+        }
+    }
+
     /// The words that come out for each input.
     pub fn run<const I: usize, const O: usize>(&self, gpu: &Gpu, inputs: &[[u32; I]]) -> Vec<[u32; O]> {
         let main = format!(
