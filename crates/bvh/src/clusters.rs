@@ -11,8 +11,8 @@
 //! that of a group with the same box and orientations but the weight of one item on average; from
 //! there on clusters are divided by bins.
 
+use crate::counts::count_below;
 use crate::item::BoxItem;
-use crate::linked::count_below;
 use crate::node::Node;
 use crate::split::{Binned, Extent, SplitGroup, SplitItem, SplitSource, split_tree};
 use crate::subset::planes::{self, Plane};

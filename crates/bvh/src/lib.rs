@@ -50,12 +50,12 @@
 mod binned;
 mod build;
 mod clusters;
+mod counts;
 mod curve;
 mod error;
 mod instances;
 mod interior;
 mod item;
-mod linked;
 mod morton;
 mod near;
 mod node;

@@ -21,11 +21,11 @@ pub use clamp::{WeightHistogram, stratum_beside_uniform};
 pub use sample::{Sampling, sample};
 
 use crate::binned::{Group, HALVE_FROM, Room, Task, WAITING, build_alone};
+use crate::counts::count_below;
 use crate::curve::joined;
 use crate::error::BuildError;
 use crate::interior::Interior;
 use crate::item::BoxItem;
-use crate::linked::count_below;
 use crate::node::Node;
 use crate::traverse::MAX_DEPTH;
 use crate::tree::children;
