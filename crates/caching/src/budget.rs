@@ -17,11 +17,15 @@ pub struct Prefixed {
     pub bias_squared: f32,
     /// The same for ending at the next vertex, on average.
     pub deferred_bias_squared: f32,
+    /// `J`: the variance of what the cache would contribute, over look-ups that are moved at random;
+    /// 0 if they are not.
+    pub interpolation: f32,
 }
 
 impl Prefixed {
     /// From a record at a vertex with a throughput, in luminance: deviations add up over the
-    /// channels, which bounds that of the luminance (see [`CachedRadiance`]).
+    /// channels, which bounds that of the luminance (see [`CachedRadiance`]). For look-ups that are
+    /// not moved, set [`interpolation`](Self::interpolation) to 0.
     #[inline]
     pub fn new(throughput: Rgb, record: &CachedRadiance) -> Self {
         Self {
@@ -29,6 +33,7 @@ impl Prefixed {
             variance: CachedRadiance::prefixed(throughput, record.deviation),
             bias_squared: CachedRadiance::prefixed(throughput, record.bias),
             deferred_bias_squared: CachedRadiance::prefixed(throughput, record.deferred_bias),
+            interpolation: CachedRadiance::prefixed(throughput, record.interpolation),
         }
     }
 }
@@ -62,11 +67,16 @@ impl PathBudget {
             Termination::Fixed { depth: last } => f32::from(u8::from(depth < last)),
             Termination::Spread { share } => f32::from(u8::from(!self.spread.exceeds(share))),
             Termination::Variance { threshold, relative } => {
+                // Variances of later look-ups are in the local variances of earlier vertices.
+                let moved = match self.limit {
+                    None => at.interpolation,
+                    Some(_) => 0.0,
+                };
                 let limit = *self.limit.get_or_insert(match relative {
                     true => threshold * at.brightness * at.brightness,
                     false => threshold,
                 });
-                interpolated(limit - self.variance, at.variance)
+                interpolated(limit - self.variance, at.variance, moved)
             }
             Termination::Mse { target, margin } => {
                 let deferred = at.deferred_bias_squared.min(0.9 * margin * at.bias_squared);
@@ -86,11 +96,18 @@ impl PathBudget {
     }
 }
 
-/// `α = √(left / P)` (eq. 7.15), or 1 if that suffices for all of it.
+/// The largest `α` in `[0, 1]` with `α² P + (1 − α)² J ≤ left`, where `J` is the variance of what the
+/// cache adds. Without it, this is `√(left / P)` (eq. 7.15, which leaves it out). If no `α` has so
+/// little variance, the one with the least, `J / (P + J)`.
 #[inline]
-fn interpolated(left: f32, variance: f32) -> f32 {
-    match variance > left {
-        true => (left.max(0.0) / variance).sqrt(),
-        false => 1.0,
+fn interpolated(left: f32, variance: f32, moved: f32) -> f32 {
+    // Also where nothing varies.
+    if !(variance > left) {
+        return 1.0;
     }
+    // Products of `f32` neither overflow nor vanish.
+    let [left, step, moved] = [left, variance, moved].map(f64::from);
+    let spare = left * (step + moved) - step * moved;
+    let share = (moved + spare.max(0.0).sqrt()) / (step + moved);
+    share.clamp(0.0, 1.0) as f32
 }

@@ -7,9 +7,10 @@ use super::published::CachedRadiance;
 use super::record::Record;
 use super::report::CacheReport;
 use super::sampler::{CacheSample, VertexSampler, VertexVisit};
+use super::surroundings::Surroundings;
 use super::view::CacheView;
 use glam::DVec3;
-use lightshed_sampling::{CounterRng, parallel};
+use lightshed_sampling::{CounterRng, f32_from_u32, parallel};
 use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
 
 /// Outgoing radiance of surfaces by position, level and side, in a hash grid of bounded size, with
@@ -31,6 +32,7 @@ pub struct RadianceCache<V> {
     records: Vec<Record<V>>,
     /// Whether a record has a vertex: most slots are empty, and records are large.
     in_use: Vec<bool>,
+    surroundings: Surroundings,
     published: Vec<CachedRadiance>,
     /// Vertices that wait for the next pass.
     offered: Vec<(SurfaceSite, V)>,
@@ -44,6 +46,7 @@ const CLAIMS: usize = 1024;
 /// Seeds of the random selection of kept vertices, and of their places.
 const KEEP_SEED: u64 = 0x6361_6368_655f_6b65;
 const PLACE_SEED: u64 = 0x6361_6368_655f_706c;
+const MOVE_SEED: u64 = 0x6361_6368_655f_6d76;
 
 /// Results of a part of the records in a pass.
 struct Part<V> {
@@ -65,6 +68,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             grid,
             records: vec![Record::new(); slots],
             in_use: vec![false; slots],
+            surroundings: Surroundings::new(options.cells)?,
             published: vec![CachedRadiance::default(); slots],
             offered: Vec::new(),
             pass: 0,
@@ -167,7 +171,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
                 sampler.sample(&view, visits, samples);
                 for (visit, samples) in visits.iter().zip(samples.chunks(count)) {
                     let record = &mut records[visit.slot as usize - first];
-                    learn(record, samples, options);
+                    learn(record, samples, moved_variance(&view, visit), options);
                     let next = (0u32..)
                         .zip(samples)
                         .filter_map(|(number, sample)| Some((number, sample.next?)));
@@ -192,6 +196,10 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
                     *shown = records[slot].publish(least);
                 }
             }
+        });
+        self.surroundings.raise(&mut self.published, |slot| {
+            let first = records[slot].first_site().filter(|_| in_use[slot])?;
+            Some(*first)
         });
     }
 
@@ -228,12 +236,31 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
     }
 }
 
+/// An unbiased estimate of the variance of the radiance over moved look-ups at a vertex: half the
+/// squared difference of two.
+fn moved_variance<V>(view: &CacheView<'_>, visit: &VertexVisit<V>) -> DVec3 {
+    let words = |first| [first, first + 1].map(|word| CounterRng::at(MOVE_SEED, visit.slot, visit.pass, word));
+    let answers = [0, 2].map(|first| view.query_jittered(&visit.site, words(first).map(f32_from_u32)));
+    match answers {
+        [Some(a), Some(b)] => {
+            let apart = (a.radiance - b.radiance).as_dvec3();
+            0.5 * apart * apart
+        }
+        _ => DVec3::ZERO,
+    }
+}
+
 /// Lets a record learn from samples of one vertex.
-fn learn<V: Copy>(record: &mut Record<V>, samples: &[CacheSample<V>], options: &RadianceCacheOptions) {
+fn learn<V: Copy>(
+    record: &mut Record<V>,
+    samples: &[CacheSample<V>],
+    moved: DVec3,
+    options: &RadianceCacheOptions,
+) {
     let moments = VertexMoments::of(samples.iter().map(|sample| sample.radiance));
     let deferred = samples
         .iter()
         .map(|sample| sample.deferred_bias_squared.as_dvec3());
     let deferred = deferred.sum::<DVec3>() / samples.len().max(1) as f64;
-    record.learn(&moments, deferred, options.history);
+    record.learn(&moments, [deferred, moved], options.history);
 }

@@ -36,6 +36,7 @@ mod record;
 mod report;
 mod sampler;
 mod spread;
+mod surroundings;
 mod termination;
 mod view;
 mod world;

@@ -15,18 +15,23 @@ pub const RECORD_VERTICES: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
     moments: CellMoments,
-    /// Sum of the vertices' means of the squared deferred bias, weighted as the moments are.
-    deferred: DVec3,
+    /// Sums of the vertices' means of the squared deferred bias, and of the variance over moved
+    /// look-ups, weighted as the moments are.
+    others: [DVec3; 2],
     passes: u32,
 }
 
 impl Window {
-    fn push(&mut self, vertex: &VertexMoments, deferred: DVec3) {
+    fn push(&mut self, vertex: &VertexMoments, others: [DVec3; 2]) {
         let before = self.moments.weight();
         self.moments.push(vertex);
         // Samples that the moments refuse are ignored here, too.
-        if self.moments.weight() > before && deferred.is_finite() {
-            self.deferred += deferred;
+        if self.moments.weight() > before {
+            for (sum, value) in self.others.iter_mut().zip(others) {
+                if value.is_finite() {
+                    *sum += value;
+                }
+            }
         }
         self.passes += 1;
     }
@@ -63,6 +68,11 @@ impl<V: Copy> Record<V> {
         self.vertices[place] = Some(vertex);
     }
 
+    /// Where the first vertex is.
+    pub fn first_site(&self) -> Option<&SurfaceSite> {
+        self.vertices.iter().flatten().next().map(|(site, _)| site)
+    }
+
     /// The vertex of a pass: each is equally likely.
     pub fn vertex(&self, slot: u32, pass: u32) -> Option<&(SurfaceSite, V)> {
         let count = self.vertices.iter().flatten().count() as u32;
@@ -73,21 +83,22 @@ impl<V: Copy> Record<V> {
         self.vertices.iter().flatten().nth((turn % count) as usize)
     }
 
-    /// Learns from samples of a vertex.
-    pub fn learn(&mut self, vertex: &VertexMoments, deferred: DVec3, history: History) {
+    /// Learns from samples of a vertex: their moments, their squared deferred bias, and the variance
+    /// over moved look-ups of the vertex.
+    pub fn learn(&mut self, vertex: &VertexMoments, others: [DVec3; 2], history: History) {
         self.passes += 1;
         match history {
             History::Exponential { keep } => {
                 self.current.moments.fade(keep);
-                self.current.deferred *= keep;
-                self.current.push(vertex, deferred);
+                self.current.others = self.current.others.map(|sum| sum * keep);
+                self.current.push(vertex, others);
             }
             History::Windows { longest } => {
                 if self.current.passes >= self.length {
                     self.last = std::mem::take(&mut self.current);
                     self.length = (2 * self.length).min(longest);
                 }
-                self.current.push(vertex, deferred);
+                self.current.push(vertex, others);
             }
         }
     }
@@ -98,8 +109,8 @@ impl<V: Copy> Record<V> {
         if self.passes < min_passes || !(moments.weight() > 0.0) {
             return CachedRadiance::default();
         }
-        let deferred = (self.last.deferred + self.current.deferred) / moments.weight();
-        CachedRadiance::new(&moments, deferred)
+        let of = |index: usize| (self.last.others[index] + self.current.others[index]) / moments.weight();
+        CachedRadiance::new(&moments, [of(0), of(1)])
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p lightshed-integrator --example cache_table -- \
-//!     SCENE [SIDE] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE]…
+//!     SCENE [SIDE] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE]]…
 //! ```
 //!
 //! Errors are of luminance, over the squared luminance of the pixel in the reference, plus a
@@ -12,7 +12,7 @@
 //! off.
 
 use lightshed_film::{FrameMethod, SampledFrames, process_cpu_seconds};
-use lightshed_integrator::{CacheRule, CachedPaths, CachedPathsOptions, PathTracer};
+use lightshed_integrator::{CacheRule, CachedPaths, CachedPathsOptions, GuidedPathsOptions, PathTracer};
 use lightshed_scene::{EmittersByPower, Rgb, Scene, builtin, import, luminance};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -138,7 +138,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         false => given,
     };
     for rule in rules {
-        let mut options = CachedPathsOptions::new(rule.parse::<CacheRule>()?.0, &scene);
+        let (ends, guide) = match rule.split_once('+') {
+            Some((ends, guide)) => (ends, Some(GuidedPathsOptions::new(guide.parse()?))),
+            None => (rule.as_str(), None),
+        };
+        let mut options = CachedPathsOptions::new(ends.parse::<CacheRule>()?.0, &scene);
+        options.guide = guide;
         (options.survival, options.points) = (survival, lightshed_sampling::PointSet::Independent);
         options.visible_emission = false;
         let mut method = CachedPaths::new(&scene, sampler(), options)?;

@@ -1,6 +1,7 @@
 //! Moments, trees and reservoirs in cells by enumeration, and caches in a sphere whose light is
 //! known.
 
+mod bounds;
 mod moments;
 mod sphere;
 mod spread;

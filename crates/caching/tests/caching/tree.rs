@@ -115,6 +115,7 @@ impl Node {
                 variance: (squared * self.local_variance()) as f32,
                 bias_squared: (squared * self.bias_squared()) as f32,
                 deferred_bias_squared: (squared * self.deferred_bias_squared()) as f32,
+                interpolation: 0.0,
             };
             share = f64::from(budget.share(rule, depth, &at));
         }

@@ -17,7 +17,7 @@ mod guides;
 
 use clap::Parser;
 use guides::{emission, guides};
-use lightshed::film::{FrameMethod, RayCounts, RgbImage, process_cpu_seconds, write_png};
+use lightshed::film::{FrameMethod, RayCounts, RgbImage, process_cpu_seconds, read_exr, write_png};
 use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
 use lightshed::scene::glam::{Vec3, Vec3A};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
@@ -53,9 +53,12 @@ struct Arguments {
     /// Frames of a chain whose covariance is taken, after the others; 0 for none.
     #[arg(long, default_value_t = 0)]
     covariance: u32,
-    /// Samples of a reference by path tracing, or a stored image.
+    /// Samples of a reference by path tracing.
     #[arg(long, default_value_t = 2048)]
     reference_spp: u32,
+    /// Two independent images (OpenEXR) instead, whose mean is the reference of a still camera.
+    #[arg(long, value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with = "moves")]
+    reference: Vec<PathBuf>,
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
@@ -94,6 +97,8 @@ struct Errors {
     frames: f64,
     /// Mean squared and mean squared relative error, raw; the same, filtered.
     sums: [f64; 4],
+    /// FLIP, raw and filtered; 0 without the feature.
+    flip: [f64; 2],
     /// Relative squared error of young pixels, and their number.
     young: [f64; 2],
     seconds: f64,
@@ -146,6 +151,38 @@ impl FrameMethod for Mean<'_> {
     }
 }
 
+/// Frames of a method whose frames are independent of each other: means of so many of them.
+struct Several<'a>(Box<dyn FrameMethod + 'a>, u32);
+
+impl FrameMethod for Several<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.0.size()
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let share = 1.0 / self.1 as f32;
+        let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
+        for own in 0..self.1 {
+            counts += self.0.render_frame(frame * self.1 + own, seed, image, cancel)?;
+            sum.iter_mut()
+                .zip(&*image)
+                .for_each(|(sum, value)| *sum += *value * share);
+        }
+        image.copy_from_slice(&sum);
+        Some(counts)
+    }
+
+    fn is_still(&self) -> bool {
+        self.0.is_still()
+    }
+}
+
 /// Frames of a method that knows no motion: each of a scene of its own, whose camera has moved.
 struct Moving<'a> {
     method: &'a Method,
@@ -183,6 +220,13 @@ impl FrameMethod for Moving<'_> {
     }
 }
 
+/// Whether the method makes whole frames that are independent of each other: a cache that is filled
+/// before the first one then serves them all.
+fn is_independent(method: &Method) -> bool {
+    let capabilities = method.capabilities();
+    capabilities.frames && !capabilities.chain
+}
+
 impl Study<'_> {
     fn started<'b>(
         &self,
@@ -190,6 +234,9 @@ impl Study<'_> {
         method: &Method,
         samples: u32,
     ) -> Result<Box<dyn FrameMethod + 'b>, Failure> {
+        if is_independent(method) && self.motion.is_still() {
+            return Ok(Box::new(Several(self.chain_of(stage, method, 1)?, samples)));
+        }
         if method.capabilities().frames {
             let chains = (0..samples).map(|_| self.chain_of(stage, method, 1));
             return Ok(Box::new(Mean(chains.collect::<Result<_, _>>()?)));
@@ -259,6 +306,10 @@ impl Study<'_> {
                 .iter_mut()
                 .zip(new)
                 .for_each(|(sum, value)| *sum += value);
+            #[cfg(feature = "flip")]
+            for (sum, shown) in errors.flip.iter_mut().zip([&frame, &filtered]) {
+                *sum += self.reference.flip(&image(size, shown)?)?;
+            }
             errors.frames += 1.0;
             let by_pixel = self.reference.relative_errors(&raw_image)?;
             for (error, age) in by_pixel.iter().zip(filter.ages()) {
@@ -290,8 +341,16 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
     let moved = Scene::new(&description)?;
     let size = [arguments.size[0], arguments.size[1]];
     let never = AtomicBool::new(false);
-    let tracer = PathTracer::new(&moved, moved.emitters_by_power());
-    let reference = Reference::rendered(&tracer, size, arguments.reference_spp, &|_| (), &never)?;
+    let reference = match arguments.reference.as_slice() {
+        [first, second] => Reference::of_halves([read_exr(first)?, read_exr(second)?])?,
+        _ => {
+            let tracer = PathTracer::new(&moved, moved.emitters_by_power());
+            Reference::rendered(&tracer, size, arguments.reference_spp, &|_| (), &never)?
+        }
+    };
+    if reference.size() != size {
+        return Err(format!("the reference has {:?} pixels", reference.size()).into());
+    }
     let mean = reference.image().mean().iter().sum::<f64>() / 3.0;
     let study = Study {
         arguments,
@@ -356,6 +415,10 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
             "rays_a_pixel": errors.rays / f64::from(arguments.repeats) / frame.len() as f64,
             "mse": mse, "rel_mse": rel_mse, "filtered_mse": filtered_mse, "filtered_rel_mse": filtered_rel_mse,
         });
+        if cfg!(feature = "flip") {
+            let [raw, filtered] = errors.flip.map(|sum| sum / errors.frames);
+            (row["flip"], row["filtered_flip"]) = (json!(raw), json!(filtered));
+        }
         if errors.young[1] > 0.0 {
             row["young_rel_mse"] = json!(errors.young[0] / errors.young[1]);
             row["young_pixels"] = json!(errors.young[1] / errors.frames);

@@ -85,7 +85,11 @@ impl PathEnding for CacheEnding<'_> {
             return go_on;
         };
         let throughput = vertex.throughput * factor;
-        let share = budget.share(&self.rule, vertex.depth, &Prefixed::new(throughput, cached));
+        let mut prefixed = Prefixed::new(throughput, cached);
+        if !self.jitter {
+            prefixed.interpolation = 0.0;
+        }
+        let share = budget.share(&self.rule, vertex.depth, &prefixed);
         VertexEnding {
             radiance: (1.0 - share) * throughput * cached.radiance,
             goes_on: share * factor,

@@ -5,7 +5,9 @@ use super::options::{CachedPathsError, CachedPathsOptions};
 use super::vertices::{SEED, SceneVertices};
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
+use crate::guided::{FieldRecorder, GuideError, GuidedPathsOptions, SceneField, guide_need};
 use crate::path::PathTracer;
+use crate::path::observer::NoObserver;
 use lightshed_caching::{CacheReport, RadianceCache};
 use lightshed_film::{FrameMethod, RayCounts, RayTally, SampledFrames};
 use lightshed_sampling::{CounterRng, parallel};
@@ -18,13 +20,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// Separate passes fill the cache before the first frame; it is the same for any seed and any
 /// number of threads. Then frames are independent of each other. If a pass comes before each frame,
-/// they depend on earlier ones. The mean of frames is **biased**: records hold the mean of the
+/// they depend on earlier ones. A guide, if there is one, is trained by the same passes: their
+/// samples see all the light that the cache knows. The mean of frames is **biased**: records hold the mean of the
 /// vertices of a cell, and represent paths of any length, however short the scene's own may be.
 pub struct CachedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
     options: CachedPathsOptions,
-    vertices: SceneVertices<'a, S>,
+    guide: Option<(SceneField, GuidedPathsOptions)>,
     cache: RadianceCache<Ray>,
     eye: Vec3,
     size: [u32; 2],
@@ -54,7 +57,13 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
         Ok(Self {
             scene,
             sampler,
-            vertices: SceneVertices::new(scene, sampler, eye, options.jitter, options.survival),
+            guide: match options.guide.filter(|_| guide_need(scene).is_ok()) {
+                Some(guide) => {
+                    let field = SceneField::new(scene, &guide).map_err(GuideError::from)?;
+                    Some((field, guide))
+                }
+                None => None,
+            },
             cache: RadianceCache::new(options.cache)?,
             options,
             eye,
@@ -77,8 +86,13 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
         self.report
     }
 
+    /// What guides directions, if anything does.
+    pub fn field(&self) -> Option<&SceneField> {
+        self.guide.as_ref().map(|(field, _)| field)
+    }
+
     /// Vertices that the camera sees in a pass: of all pixels in turn.
-    fn seen(&self) -> Vec<(SurfaceSite, Ray)> {
+    fn seen(&self, vertices: &SceneVertices<'_, S>) -> Vec<(SurfaceSite, Ray)> {
         let [width, height] = self.size;
         let pixels = width as usize * height as usize;
         // The first pass looks closer.
@@ -96,7 +110,7 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
                 let corner = Vec2::new(x as f32, y as f32);
                 PixelRay::draw(scene.camera(), corner, &mut rng).ray
             });
-            let seen: Vec<_> = rays.filter_map(|ray| self.vertices.vertex(&ray)).collect();
+            let seen: Vec<_> = rays.filter_map(|ray| vertices.vertex(&ray)).collect();
             seen
         });
         rows.concat()
@@ -104,12 +118,41 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
 
     /// A pass of the cache.
     fn update(&mut self) {
-        let seen = self.seen();
-        self.cache.offer(seen);
-        self.report = self.cache.update(&self.vertices);
-        self.passes += 1;
-        let rays = self.vertices.take_rays();
+        let (jitter, survival) = (self.options.jitter, self.options.survival);
+        let vertices = SceneVertices::new(self.scene, self.sampler, self.eye, jitter, survival);
+        self.cache.offer(self.seen(&vertices));
+        let pass = self.passes + 1;
+        let rays = match &self.guide {
+            None => {
+                let mut vertices = vertices;
+                self.report = self.cache.update(&vertices);
+                vertices.take_rays()
+            }
+            Some((field, options)) if pass <= self.options.passes / 2 => {
+                // Passes from one update of the guide to the next.
+                let passes = f64::from((pass + 1).next_power_of_two() / 2);
+                let expected = f64::from(self.report.samples as u32) * passes;
+                let share = (f64::from(options.max_recorded) / expected.max(1.0)).min(1.0);
+                let mut vertices = vertices.guided(field, FieldRecorder::new(field, share));
+                self.report = self.cache.update(&vertices);
+                vertices.take_rays()
+            }
+            Some((field, _)) => {
+                let mut vertices = vertices.guided(field, NoObserver);
+                self.report = self.cache.update(&vertices);
+                vertices.take_rays()
+            }
+        };
+        self.passes = pass;
         self.update_rays += rays.camera + rays.path + rays.emitter;
+        // As the windows of records end: each window then has one guide.
+        if pass <= self.options.passes / 2
+            && (pass + 1).is_power_of_two()
+            && let Some((field, _)) = &mut self.guide
+        {
+            // Too many regions are no reason to stop: what was learnt stays.
+            let _ = field.update();
+        }
     }
 }
 
@@ -149,8 +192,16 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for CachedPaths<'_, S> {
             false => tracer,
         };
         let tracer = tracer.with_ending(ending);
-        let mut frames = SampledFrames::new(tracer, self.size, self.options.samples);
-        frames.render_frame(frame, seed, image, cancel)?;
+        let (size, samples) = (self.size, self.options.samples);
+        match &self.guide {
+            None => SampledFrames::new(tracer, size, samples).render_frame(frame, seed, image, cancel)?,
+            Some((field, options)) => {
+                let settings = self.scene.settings();
+                let roulette = settings.roulette_depth.max(options.roulette_depth);
+                let tracer = tracer.with_depths(settings.max_depth, roulette).with_guide(field);
+                SampledFrames::new(tracer, size, samples).render_frame(frame, seed, image, cancel)?
+            }
+        };
         let mut rays = self.rays.take();
         let samples = image.len() as u64 * u64::from(self.options.samples.max(1));
         self.traced[0] += rays.path;
@@ -162,13 +213,18 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for CachedPaths<'_, S> {
     fn figures(&self) -> Vec<(&'static str, f64)> {
         let occupancy = self.report.occupancy;
         let [edges, samples] = self.traced.map(|count| count as f64);
-        vec![
+        let mut figures = vec![
             ("path_length", edges / samples.max(1.0)),
             ("cache_records", self.report.answering as f64),
             ("cache_load", occupancy.load()),
             ("cache_refused", occupancy.refused as f64),
             ("cache_passes", f64::from(self.report.passes)),
             ("cache_rays", self.update_rays as f64),
-        ]
+        ];
+        if let Some((field, _)) = &self.guide {
+            figures.push(("guide_regions", field.learnt_regions() as f64));
+            figures.push(("guide_share", f64::from(field.mean_share())));
+        }
+        figures
     }
 }

@@ -1,5 +1,6 @@
 //! Options: where paths end, and how the cache is filled.
 
+use crate::guided::{GuideError, GuidedPathsOptions};
 use lightshed_caching::{CachingError, RadianceCacheOptions, Termination};
 use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
@@ -70,6 +71,12 @@ pub struct CachedPathsOptions {
     pub visible_emission: bool,
     /// Samples in each pixel of a frame.
     pub samples: u32,
+    /// What guides directions, if anything does. The passes train the guide by their samples, up to
+    /// the middle of all passes before the first frame; so the later half measures local variances
+    /// of the guide that frames use. How long and by which samples a guide trains otherwise
+    /// ([`training`](GuidedPathsOptions::training), `every_frame`, `samples`, `may_drop`, `volume`)
+    /// has no effect.
+    pub guide: Option<GuidedPathsOptions>,
 }
 
 impl CachedPathsOptions {
@@ -91,6 +98,7 @@ impl CachedPathsOptions {
             points: PointSet::Sobol,
             visible_emission: true,
             samples: 1,
+            guide: None,
         }
     }
 
@@ -118,6 +126,8 @@ pub enum CachedPathsError {
     Passes(u32),
     /// Options of the rule or the cache.
     Caching(CachingError),
+    /// Options of the guide, or a scene that cannot be guided.
+    Guide(GuideError),
 }
 
 impl fmt::Display for CachedPathsError {
@@ -134,6 +144,7 @@ impl fmt::Display for CachedPathsError {
                 write!(f, "{passes} passes: there may be {MAX_CACHE_PASSES}")
             }
             Self::Caching(error) => write!(f, "{error}"),
+            Self::Guide(error) => write!(f, "{error}"),
         }
     }
 }
@@ -143,5 +154,11 @@ impl std::error::Error for CachedPathsError {}
 impl From<CachingError> for CachedPathsError {
     fn from(error: CachingError) -> Self {
         Self::Caching(error)
+    }
+}
+
+impl From<GuideError> for CachedPathsError {
+    fn from(error: GuideError) -> Self {
+        Self::Guide(error)
     }
 }

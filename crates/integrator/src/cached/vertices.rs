@@ -4,14 +4,15 @@ use super::ending::{numbers, site};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow_known;
 use crate::path::ending::EndingVertex;
-use crate::path::guide::DirectionGuide;
+use crate::path::guide::{DirectionGuide, NoGuide};
 use crate::path::numbers::PathWords;
+use crate::path::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use crate::path::paths::Paths;
 use crate::path::purpose::{Purpose, ending_surface};
 use crate::path::scattering::SurfaceVertex;
 use crate::path::transport::{PathState, Transport};
 use lightshed_caching::{CacheSample, CacheView, MAX_UPDATE_SAMPLES, VertexSampler, VertexVisit};
-use lightshed_film::{MAX_BATCH, RayKind, RayTally};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PointSet;
 use lightshed_scene::glam::Vec3;
@@ -31,8 +32,13 @@ const _: () = assert!(MAX_UPDATE_SAMPLES as usize <= MAX_BATCH);
 ///
 /// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path. Mirrors
 /// and places without a record are passed.
-pub struct SceneVertices<'a, S> {
-    transport: Transport<'a, S>,
+///
+/// Directions may be those of a guide: records then have the local variances of guided paths. An
+/// observer sees the samples as paths that begin at the cache's vertices; light that the cache
+/// replaces counts as a contribution of the vertex there.
+pub struct SceneVertices<'a, S, G = NoGuide, O = NoObserver> {
+    transport: Transport<'a, S, G>,
+    observer: O,
     eye: Vec3,
     jitter: bool,
     survival: f32,
@@ -47,10 +53,45 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
         (transport.max_depth, transport.roulette_depth) = (LONGEST + 1, u32::MAX);
         Self {
             transport,
+            observer: NoObserver,
             eye,
             jitter,
             survival,
             rays: RayTally::default(),
+        }
+    }
+}
+
+impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a, S, G, O> {
+    /// With a guide for directions, and an observer of all samples.
+    #[must_use]
+    pub fn guided<H: DirectionGuide, P: PathObserver>(
+        self,
+        guide: H,
+        observer: P,
+    ) -> SceneVertices<'a, S, H, P> {
+        let Transport {
+            scene,
+            sampler,
+            max_depth,
+            roulette_depth,
+            lanes,
+            guide: _,
+        } = self.transport;
+        SceneVertices {
+            transport: Transport {
+                scene,
+                sampler,
+                guide,
+                max_depth,
+                roulette_depth,
+                lanes,
+            },
+            observer,
+            eye: self.eye,
+            jitter: self.jitter,
+            survival: self.survival,
+            rays: self.rays,
         }
     }
 
@@ -71,7 +112,9 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
     }
 }
 
-impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
+impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VertexSampler<Ray>
+    for SceneVertices<'_, S, G, O>
+{
     fn sample(&self, cache: &CacheView<'_>, visits: &[VertexVisit<Ray>], samples: &mut [CacheSample<Ray>]) {
         let each = (samples.len() / visits.len().max(1)).max(1);
         // The paths of a vertex begin alike.
@@ -92,28 +135,76 @@ impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
             hits.set(index, first.get(index / each));
         }
         let count = samples.len().min(MAX_BATCH);
+        let (mut watched, mut trails) = (0, Vec::new());
+        if O::IS_ACTIVE {
+            for (place, name) in names.iter().enumerate().take(count) {
+                watched |= u64::from(self.observer.wants(sample_id(*name), SEED)) << place;
+            }
+            if watched != 0 {
+                trails = Trail::take(count);
+            }
+        }
         let mut found = Found {
             vertices: self,
             cache,
             names,
             samples,
+            watched,
+            trails,
             untraced: count.saturating_sub(visits.len()),
         };
         follow_known(&self.transport, (&mut paths, count), 1, Some(&hits), &mut found);
+        found.tell();
+    }
+}
+
+/// A path of a visit, as observers identify it.
+fn sample_id([slot, number]: [u32; 2]) -> SampleId {
+    SampleId {
+        x: slot & 0xffff,
+        y: slot >> 16,
+        index: number,
     }
 }
 
 /// Results of the paths of a batch.
-struct Found<'f, S> {
-    vertices: &'f SceneVertices<'f, S>,
+struct Found<'f, S, G, O> {
+    vertices: &'f SceneVertices<'f, S, G, O>,
     cache: &'f CacheView<'f>,
     names: [[u32; 2]; MAX_BATCH],
     samples: &'f mut [CacheSample<Ray>],
+    /// Paths that are watched, as bits, and of each path a record, if any is watched.
+    watched: u64,
+    trails: Vec<Trail>,
     /// Rays of the first edge that others stand for.
     untraced: usize,
 }
 
-impl<R: EmitterSampler> Purpose for Found<'_, R> {
+impl<S, G, O: PathObserver> Found<'_, S, G, O> {
+    #[inline(always)]
+    fn contribute(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+        self.samples[place].radiance += radiance;
+        if O::IS_ACTIVE && self.watched >> place & 1 == 1 {
+            self.trails[place].contribute(edges, is_sampled_emitter, radiance);
+        }
+    }
+
+    /// Tells the observer of all watched paths.
+    fn tell(self) {
+        if O::IS_ACTIVE && self.watched != 0 {
+            for (place, trail) in self.trails.iter().enumerate() {
+                if self.watched >> place & 1 == 1 {
+                    let (id, radiance) = (sample_id(self.names[place]), self.samples[place].radiance);
+                    trail.tell(&self.vertices.observer, id, SEED, radiance);
+                }
+            }
+            Trail::give_back(self.trails);
+        }
+    }
+}
+
+impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_, R, H, O> {
+    const OBSERVES: bool = O::IS_ACTIVE;
     const ENDS: bool = true;
 
     #[inline(always)]
@@ -135,7 +226,7 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
         // The vertex's own emission is not part of the cache.
         if depth > 1 {
             let met = path.met(transport.scene, &transport.sampler, ray, point);
-            self.samples[place].radiance += path.throughput * met;
+            self.contribute(place, depth, false, path.throughput * met);
         }
     }
 
@@ -162,17 +253,27 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
                 false => self.cache.query(&site),
             };
             if let Some(cached) = cached {
-                sample.radiance += throughput * cached.radiance;
                 let bias = throughput * cached.bias;
                 sample.deferred_bias_squared = bias * bias;
+                self.contribute(place, depth, false, throughput * cached.radiance);
                 return None;
             }
         }
         (depth < LONGEST).then_some(throughput)
     }
 
-    fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {
-        self.samples[place].radiance += radiance;
+    #[inline(always)]
+    fn watches(&self, place: usize) -> bool {
+        self.watched >> (place % MAX_BATCH) & 1 == 1
+    }
+
+    #[inline(always)]
+    fn scatter(&mut self, place: usize, vertex: PathVertex) {
+        self.trails[place].vertices.push(vertex);
+    }
+
+    fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
+        self.contribute(place, length, true, radiance);
     }
 
     fn count(&mut self, path: usize, emitter: usize) {

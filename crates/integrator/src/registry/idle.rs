@@ -14,13 +14,18 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let quadtrees = values.get::<String>(&GUIDE).is_some_and(|guide| guide == "cdq");
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 8] = [
+    let rules: [(&[&MethodOption], bool, &str); 9] = [
         (
             &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS],
             guided,
             "without --guide",
         ),
         (&[&GUIDE_BITS], quadtrees, "without --guide cdq"),
+        (
+            &[&GUIDE_TRAINING, &GUIDE_ALWAYS],
+            !cached,
+            "with --cache, whose passes train the guide",
+        ),
         (
             &[
                 &CACHE_PASSES,
@@ -42,7 +47,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             world.is_none_or(|(_, both)| both),
             "with --reservoirs world",
         ),
-        (&[&VISIBLE], !guided, "with --guide"),
+        (&[&VISIBLE], !guided || cached, "with --guide"),
         (
             &[&VISIBLE],
             values.light_samples() <= 1,

@@ -88,21 +88,21 @@ impl Method {
                 && self.values.direct_samples(0) == 0,
             ..own
         };
-        if let Some(guided) = self.values.guided_paths() {
-            return MethodCapabilities {
-                frames: true,
-                chain: true,
-                // The device looks guides up that the host has trained.
-                device: own.device && !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame,
-                ..own
-            };
-        }
         if self.values.cache_rule().is_some() {
             return MethodCapabilities {
                 frames: true,
                 chain: self.values.is_on(&CACHE_ALWAYS),
                 biased: true,
                 device: false,
+                ..own
+            };
+        }
+        if let Some(guided) = self.values.guided_paths() {
+            return MethodCapabilities {
+                frames: true,
+                chain: true,
+                // The device looks guides up that the host has trained.
+                device: own.device && !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame,
                 ..own
             };
         }

@@ -9,7 +9,7 @@ use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::any_emitters::AnyEmitters;
 use crate::{
-    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
+    CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
     LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt,
     RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
     VolumeTracking, VplBrute, VplGrid,
@@ -468,9 +468,10 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
     let (guided, cached) = (values.guided_paths(), values.cached_paths(stage.scene()));
     by_emitters!(stage, values, sampler => match (guided, cached) {
-        (Some(_), Some(_)) => Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned()),
+        (guide, Some(options)) => {
+            frames(CachedPaths::new(stage.scene(), sampler, CachedPathsOptions { guide, ..options }))
+        }
         (Some(options), None) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        (None, Some(options)) => frames(CachedPaths::new(stage.scene(), sampler, options)),
         (None, None) => samples(path_tracer(stage, values, sampler, None)),
     })
 }

@@ -26,6 +26,7 @@ fn every_method_is_found_by_its_name_and_renders() {
         "path:bvh:spread@0.1:cache-passes=4",
         "path:variance@0.5:cache-always",
         "path:mse@100:cache-borders",
+        "path:vmf:bvh:variance@1:cache-passes=8:visible=paths",
         "direct:open-bvh",
         "direct:bvh:2",
         "lightcuts:bvh",
@@ -155,6 +156,12 @@ fn other_names_and_values_are_refused() {
     method.set("cache", "variance:0.25").unwrap();
     assert_eq!(method.to_string(), "path:variance@0.25");
     assert!(method.capabilities().biased && !method.capabilities().chain);
+    // Paths with a guide that end in a cache are biased, and the cache alone trains the guide.
+    let method: Method = "path:cdq:variance@0.25".parse().unwrap();
+    let MethodCapabilities {
+        biased, chain, device, ..
+    } = method.capabilities();
+    assert_eq!((biased, chain, device), (true, false, false));
     // A default is as if it was not given.
     let method: Method = "restir-pt:hybrid".parse().unwrap();
     assert_eq!(method, Method::named("restir-pt").unwrap());
@@ -204,6 +211,14 @@ fn options_without_effect_are_refused() {
         (
             "path:cache-survival=0.5",
             "path:fixed:cache-passes=1:cache-survival=0.5",
+        ),
+        (
+            "path:cdq:guide-training=4:fixed",
+            "path:cdq:guide-training=4",
+        ),
+        (
+            "path:cdq:guide-always:fixed",
+            "path:cdq:fixed:cache-passes=1:cache-always",
         ),
         ("path:cdq:visible=paths", "path:visible=paths"),
         ("direct:2:visible=paths", "direct:visible=paths"),

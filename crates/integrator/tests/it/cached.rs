@@ -6,7 +6,8 @@ use lightshed_film::{
     Budget, Film, FrameMethod, MAX_BATCH, PixelEstimator, RenderOptions, SampleId, render, render_frames,
 };
 use lightshed_integrator::{
-    CachedPaths, CachedPathsError, CachedPathsOptions, EndingVertex, PathEnding, PathTracer, VertexEnding,
+    CachedPaths, CachedPathsError, CachedPathsOptions, EndingVertex, GuideKind, GuidedPathsOptions, PathEnding,
+    PathTracer, VertexEnding,
 };
 use lightshed_sampling::{CounterRng, PointSet};
 use lightshed_scene::{EmittersByPower, Rgb, Scene, SceneDescription, builtin, luminance};
@@ -133,8 +134,14 @@ fn threads_change_nothing() {
         },
     );
     (options.passes, options.every_frame, options.cache.slots) = (6, true, 64);
+    same_for_any_number_of_threads(&scene, options);
+    options.guide = Some(GuidedPathsOptions::new(GuideKind::Vmf));
+    same_for_any_number_of_threads(&scene, options);
+}
+
+fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) {
     let images = [1, 2, 5].map(|threads| {
-        let mut method = cached(&scene, options);
+        let mut method = cached(scene, options);
         let film = rendered(&mut method, 2, 3, threads);
         (film.mean_image(), method.report(), method.figures())
     });
@@ -152,10 +159,18 @@ fn threads_change_nothing() {
 /// Squared bias, the median pixel's variance over its squared brightness, and path length of frames
 /// by a rule.
 fn judged(scene: &Scene, rule: Termination, truth: &Film) -> [f64; 3] {
+    judged_with(scene, unmoved(scene, rule), truth)
+}
+
+/// Look-ups that are not moved, and cells that contain their pixels.
+fn unmoved(scene: &Scene, rule: Termination) -> CachedPathsOptions {
     let mut options = options(scene, rule);
-    // Looking up at places moved at random is not in the bound, and pixels are to be in one cell.
     (options.jitter, options.points) = (false, PointSet::Independent);
     (options.cache.cells.cell, options.cache.cells.growth) = (0.7, 0.0);
+    options
+}
+
+fn judged_with(scene: &Scene, options: CachedPathsOptions, truth: &Film) -> [f64; 3] {
     let mut method = cached(scene, options);
     let (frames, [width, height]) = (48, method.size());
     let film = rendered(&mut method, frames, 1, 2);
@@ -213,6 +228,73 @@ fn variance_stays_under_its_bound() {
     let mut free = cached(&scene, options(&scene, Termination::variance(1e9)));
     let ratio = green(&rendered(&mut free, 48, 2, 2)) / green(&truth);
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// The same with a guide that the passes train: the cache is of guided paths. Where nothing ends
+/// early, the image is that of paths.
+#[test]
+fn guided_paths_keep_to_the_bound() {
+    let scene = cornell(40);
+    let mut all = RenderOptions::new(40, 40, Budget::Samples(512));
+    all.seed = 9;
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power());
+    let truth = render(&tracer, &all, &|_| (), &AtomicBool::new(false))
+        .unwrap()
+        .film;
+    let guide = Some(GuidedPathsOptions::new(GuideKind::Quadtree));
+    let mut last = [f64::INFINITY, 0.0, 0.0];
+    for threshold in [0.01, 0.1, 0.5] {
+        let rule = Termination::Variance {
+            threshold,
+            relative: true,
+        };
+        let mut options = unmoved(&scene, rule);
+        options.guide = guide;
+        let found = judged_with(&scene, options, &truth);
+        let [bias, variance, length] = found;
+        println!("bound {threshold}: squared bias {bias:.3e}, variance {variance:.4}, {length:.2} edges");
+        assert!(
+            variance < 1.25 * f64::from(threshold) + 0.01,
+            "{threshold}: {variance}"
+        );
+        assert!(length > last[2] && (bias < last[0] || bias.abs() < 2e-4));
+        last = found;
+    }
+    let green = |film: &Film| film.mean_image().mean()[1];
+    let mut free = options(&scene, Termination::variance(1e9));
+    free.guide = guide;
+    let mut method = cached(&scene, free);
+    let ratio = green(&rendered(&mut method, 48, 2, 2)) / green(&truth);
+    assert!(method.field().unwrap().mean_share() > 0.05, "nothing is guided");
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// A guide makes local variances smaller where light comes through a gap, so paths get longer by
+/// the same bound, and the same number of passes serves both.
+#[test]
+fn a_guide_makes_paths_longer_by_the_same_bound() {
+    let mut description = sized(builtin::door_gap(), 24);
+    (
+        description.settings.max_depth,
+        description.settings.roulette_depth,
+    ) = (Some(48), 12);
+    let scene = Scene::new(&description).unwrap();
+    let rule = Termination::Variance {
+        threshold: 0.3,
+        relative: true,
+    };
+    let length = |guide: Option<GuideKind>| {
+        let mut options = options(&scene, rule);
+        (options.cache.samples, options.passes) = (16, 32);
+        options.guide = guide.map(GuidedPathsOptions::new);
+        let mut method = cached(&scene, options);
+        rendered(&mut method, 4, 1, 2);
+        let figures = method.figures();
+        figures.iter().find(|(name, _)| *name == "path_length").unwrap().1
+    };
+    let [plain, guided] = [None, Some(GuideKind::Quadtree)].map(length);
+    println!("{plain} edges, guided {guided}");
+    assert!(guided > 1.05 * plain, "{plain} edges, guided {guided}");
 }
 
 /// Two cells a scene are a cache that is wrong: paths that end there show it, and fixed ends at
