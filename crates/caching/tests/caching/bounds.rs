@@ -158,7 +158,8 @@ fn rare_light_keeps_to_the_bound() {
     }
     let [above, share] = kept.map(|sum| sum / count);
     println!("{above} of the bound, a share of {share}");
-    // Records vary by a sixth of their squared mean, which the bound is relative to.
-    assert!(above < 1.3 && above > 0.5, "{above} of the bound");
+    // Records vary by a sixth of their squared mean, which the bound is relative to, and the variance
+    // of a block by a few per cent.
+    assert!(above < 1.5 && above > 0.5, "{above} of the bound");
     assert!(share > 0.05, "{share}");
 }
