@@ -13,8 +13,8 @@ const FIRST_WORD: u32 = 1 << 31;
 
 /// Ends paths in a cache by a rule ([`PathBudget`]).
 ///
-/// Surfaces without a lobe that has a width are passed: their radiance belongs to a direction, not
-/// to a place. Places without a record are passed, too.
+/// Surfaces without a wide lobe are passed, mirrors and metals that are not rough: their radiance
+/// belongs to a direction, not to a place. Places without a record are passed, too.
 #[derive(Clone, Copy)]
 pub struct CacheEnding<'c> {
     /// The cache.
@@ -29,6 +29,16 @@ pub struct CacheEnding<'c> {
     pub survival: f32,
     /// Counts rays.
     pub rays: &'c RayTally,
+}
+
+/// Least roughness of a lobe whose radiance a record without directions represents. Below, what a
+/// record averages over directions is another image than the surface reflects.
+const LEAST_ROUGHNESS: f32 = 0.4;
+
+/// Whether the cache may have a record for a vertex.
+#[inline(always)]
+pub(super) fn has_record(vertex: &EndingVertex) -> bool {
+    vertex.roughness >= LEAST_ROUGHNESS
 }
 
 /// A vertex in the form that the cache uses. Cells grow with the straight distance from the camera,
@@ -73,7 +83,7 @@ impl PathEnding for CacheEnding<'_> {
             goes_on: factor,
             ..VertexEnding::GO_ON
         };
-        if !vertex.has_non_delta {
+        if !has_record(vertex) {
             return go_on;
         }
         let site = site(vertex, self.eye);

@@ -1,6 +1,6 @@
 //! Samples of what vertices of a scene scatter.
 
-use super::ending::{numbers, site};
+use super::ending::{has_record, numbers, site};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow_known;
 use crate::path::ending::EndingVertex;
@@ -30,8 +30,8 @@ const _: () = assert!(MAX_UPDATE_SAMPLES as usize <= MAX_BATCH);
 /// The surfaces of a scene, as a radiance cache samples them: by the path tracer. Paths start with
 /// the rays that found the vertices and end in the cache at the end of the next edge.
 ///
-/// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path. Mirrors
-/// and places without a record are passed.
+/// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path. Mirrors,
+/// narrow lobes and places without a record are passed.
 ///
 /// Directions may be those of a guide: records then have the local variances of guided paths. An
 /// observer sees the samples as paths that begin at the cache's vertices; light that the cache
@@ -108,7 +108,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a
         let vertex = SurfaceVertex::new(scene, ray, point);
         let start: PathState<()> = PathState::START;
         let vertex = ending_surface(1, &start, ray, &vertex);
-        vertex.has_non_delta.then(|| (site(&vertex, self.eye), *ray))
+        has_record(&vertex).then(|| (site(&vertex, self.eye), *ray))
     }
 }
 
@@ -244,7 +244,7 @@ impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_
             }
             throughput /= survival;
         }
-        if vertex.has_non_delta {
+        if has_record(vertex) {
             let site = site(vertex, self.vertices.eye);
             let sample = &mut self.samples[place];
             sample.next.get_or_insert((site, *ray));

@@ -52,8 +52,8 @@ pub struct EndingVertex {
     pub pdf: Density<SolidAngle>,
     /// Weight in the pixel of radiance that leaves the vertex.
     pub throughput: Rgb,
-    /// Whether the surface has a lobe of some width.
-    pub has_non_delta: bool,
+    /// Roughness of the surface's widest lobe: 0 if none has a width, 1 if one is diffuse.
+    pub roughness: f32,
 }
 
 /// The decision about a path at a vertex.

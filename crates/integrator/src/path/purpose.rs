@@ -84,7 +84,7 @@ pub(crate) fn ending_vertex<K>(
     path: &PathState<K>,
     ray: &Ray,
     [position, normal]: [Vec3; 2],
-    has_non_delta: bool,
+    roughness: f32,
 ) -> EndingVertex {
     let cosine = -normal.dot(ray.direction);
     let bounce = path.bounce.as_ref();
@@ -101,7 +101,7 @@ pub(crate) fn ending_vertex<K>(
             _ => Density::new(f32::INFINITY),
         },
         throughput: path.throughput,
-        has_non_delta,
+        roughness,
     }
 }
 
@@ -114,7 +114,9 @@ pub(crate) fn ending_surface<K>(
     vertex: &SurfaceVertex,
 ) -> EndingVertex {
     let place = [vertex.point.position, vertex.point.geometric_normal];
-    ending_vertex(depth, path, ray, place, vertex.has_non_delta())
+    let bsdf = &vertex.bsdf;
+    let widths = (0..bsdf.lobe_count()).map(|lobe| bsdf.lobe_roughness(lobe));
+    ending_vertex(depth, path, ray, place, widths.fold(0.0, f32::max))
 }
 
 /// Radiance that arrives at a camera.

@@ -181,7 +181,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             let index = place + lane;
             let (state, ray) = (self.paths.get(index, self.depth), self.paths.rays.get(index));
             let point = points.map(|rows| vector(rows, lane));
-            let vertex = ending_vertex(self.depth, &state, &ray, point, true);
+            let vertex = ending_vertex(self.depth, &state, &ray, point, 1.0);
             let owner = self.paths.owner.get_word(index) as usize;
             if let Some(onward) = self.purpose.goes_on(owner, &vertex, &ray) {
                 left |= 1 << lane;

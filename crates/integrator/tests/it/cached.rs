@@ -297,6 +297,30 @@ fn a_guide_makes_paths_longer_by_the_same_bound() {
     assert!(guided > 1.05 * plain, "{plain} edges, guided {guided}");
 }
 
+/// A glossy floor has no records, as it reflects a lamp to a wall by direction: the wall's record
+/// then has the light of paths. With means over directions it lost two fifths of it.
+#[test]
+fn glossy_light_is_not_lost() {
+    let mut description = sized(builtin::glossy_bounce(), 24);
+    (
+        description.settings.max_depth,
+        description.settings.roulette_depth,
+    ) = (Some(48), 12);
+    let scene = Scene::new(&description).unwrap();
+    let mut all = RenderOptions::new(24, 24, Budget::Samples(1024));
+    all.seed = 9;
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power());
+    let truth = render(&tracer, &all, &|_| (), &AtomicBool::new(false))
+        .unwrap()
+        .film;
+    let mut options = options(&scene, Termination::Fixed { depth: 1 });
+    (options.cache.samples, options.passes) = (16, 64);
+    let green = |film: &Film| film.mean_image().mean()[1];
+    let ratio = green(&rendered(&mut cached(&scene, options), 8, 1, 2)) / green(&truth);
+    println!("{ratio} of the light");
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}
+
 /// Two cells a scene are a cache that is wrong: paths that end there show it, and fixed ends at
 /// later edges show it less.
 #[test]
