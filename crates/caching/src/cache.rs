@@ -239,7 +239,8 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
 /// An unbiased estimate of the variance of the radiance over moved look-ups at a vertex: half the
 /// squared difference of two.
 fn moved_variance<V>(view: &CacheView<'_>, visit: &VertexVisit<V>) -> DVec3 {
-    let words = |first| [first, first + 1].map(|word| CounterRng::at(MOVE_SEED, visit.slot, visit.pass, word));
+    let words =
+        |first| [first, first + 1].map(|word| CounterRng::at(MOVE_SEED, visit.slot, visit.pass, word));
     let answers = [0, 2].map(|first| view.query_jittered(&visit.site, words(first).map(f32_from_u32)));
     match answers {
         [Some(a), Some(b)] => {

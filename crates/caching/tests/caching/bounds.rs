@@ -27,10 +27,11 @@ fn shares_use_all_of_the_bound() {
             let [step, moved, bound] = [0, 1, 2].map(|w| f64::from(size(word(w)) as f32));
             let at = Prefixed {
                 variance: step as f32,
-                interpolation: moved as f32 * fault.map_or(1.0, |fault| match fault {
-                    Fault::ForgetsMoves => 0.0,
-                    Fault::HalfOfTheMoves => 0.5,
-                }),
+                interpolation: moved as f32
+                    * fault.map_or(1.0, |fault| match fault {
+                        Fault::ForgetsMoves => 0.0,
+                        Fault::HalfOfTheMoves => 0.5,
+                    }),
                 ..Prefixed::default()
             };
             let mut budget = PathBudget::default();

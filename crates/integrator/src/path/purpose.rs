@@ -4,7 +4,7 @@ use super::ending::{EndingVertex, NoEnding, PathEnding};
 use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
-use super::scattering::{SurfaceVertex, Vertex};
+use super::scattering::SurfaceVertex;
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;

@@ -9,10 +9,10 @@ use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::any_emitters::AnyEmitters;
 use crate::{
-    CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
-    LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt,
-    RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
-    VolumeTracking, VplBrute, VplGrid,
+    CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths,
+    GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings,
+    RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume,
+    RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;

@@ -159,7 +159,10 @@ fn other_names_and_values_are_refused() {
     // Paths with a guide that end in a cache are biased, and the cache alone trains the guide.
     let method: Method = "path:cdq:variance@0.25".parse().unwrap();
     let MethodCapabilities {
-        biased, chain, device, ..
+        biased,
+        chain,
+        device,
+        ..
     } = method.capabilities();
     assert_eq!((biased, chain, device), (true, false, false));
     // A default is as if it was not given.
@@ -212,10 +215,7 @@ fn options_without_effect_are_refused() {
             "path:cache-survival=0.5",
             "path:fixed:cache-passes=1:cache-survival=0.5",
         ),
-        (
-            "path:cdq:guide-training=4:fixed",
-            "path:cdq:guide-training=4",
-        ),
+        ("path:cdq:guide-training=4:fixed", "path:cdq:guide-training=4"),
         (
             "path:cdq:guide-always:fixed",
             "path:cdq:fixed:cache-passes=1:cache-always",

@@ -6,8 +6,8 @@ use lightshed_film::{
     Budget, Film, FrameMethod, MAX_BATCH, PixelEstimator, RenderOptions, SampleId, render, render_frames,
 };
 use lightshed_integrator::{
-    CachedPaths, CachedPathsError, CachedPathsOptions, EndingVertex, GuideKind, GuidedPathsOptions, PathEnding,
-    PathTracer, VertexEnding,
+    CachedPaths, CachedPathsError, CachedPathsOptions, EndingVertex, GuideKind, GuidedPathsOptions,
+    PathEnding, PathTracer, VertexEnding,
 };
 use lightshed_sampling::{CounterRng, PointSet};
 use lightshed_scene::{EmittersByPower, Rgb, Scene, SceneDescription, builtin, luminance};
