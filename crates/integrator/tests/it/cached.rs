@@ -269,34 +269,6 @@ fn guided_paths_keep_to_the_bound() {
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
 }
 
-/// A guide makes local variances smaller where light comes through a gap, so paths get longer by
-/// the same bound, and the same number of passes serves both.
-#[test]
-fn a_guide_makes_paths_longer_by_the_same_bound() {
-    let mut description = sized(builtin::door_gap(), 24);
-    (
-        description.settings.max_depth,
-        description.settings.roulette_depth,
-    ) = (Some(48), 12);
-    let scene = Scene::new(&description).unwrap();
-    let rule = Termination::Variance {
-        threshold: 0.3,
-        relative: true,
-    };
-    let length = |guide: Option<GuideKind>| {
-        let mut options = options(&scene, rule);
-        (options.cache.samples, options.passes) = (16, 32);
-        options.guide = guide.map(GuidedPathsOptions::new);
-        let mut method = cached(&scene, options);
-        rendered(&mut method, 4, 1, 2);
-        let figures = method.figures();
-        figures.iter().find(|(name, _)| *name == "path_length").unwrap().1
-    };
-    let [plain, guided] = [None, Some(GuideKind::Quadtree)].map(length);
-    println!("{plain} edges, guided {guided}");
-    assert!(guided > 1.05 * plain, "{plain} edges, guided {guided}");
-}
-
 /// A glossy floor has no records, as it reflects a lamp to a wall by direction: the wall's record
 /// then has the light of paths. With means over directions it lost two fifths of it.
 #[test]
