@@ -17,8 +17,8 @@ pub struct Prefixed {
     pub bias_squared: f32,
     /// The same for ending at the next vertex, on average.
     pub deferred_bias_squared: f32,
-    /// `J`: the variance of what the cache would contribute, over look-ups that are moved at random;
-    /// 0 if they are not.
+    /// `J`: the variance of what the cache would contribute, over look-ups that are moved at
+    /// random; 0 if they are not.
     pub interpolation: f32,
 }
 
@@ -96,9 +96,9 @@ impl PathBudget {
     }
 }
 
-/// The largest `α` in `[0, 1]` with `α² P + (1 − α)² J ≤ left`, where `J` is the variance of what the
-/// cache adds. Without it, this is `√(left / P)` (eq. 7.15, which leaves it out). If no `α` has so
-/// little variance, the one with the least, `J / (P + J)`.
+/// The largest `α` in `[0, 1]` with `α² P + (1 − α)² J ≤ left`, where `J` is the variance of what
+/// the cache adds. Without it, this is `√(left / P)` (eq. 7.15, which leaves it out). If no `α`
+/// has so little variance, the one with the least, `J / (P + J)`.
 #[inline]
 fn interpolated(left: f32, variance: f32, moved: f32) -> f32 {
     // Also where nothing varies.

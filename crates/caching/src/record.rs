@@ -83,8 +83,8 @@ impl<V: Copy> Record<V> {
         self.vertices.iter().flatten().nth((turn % count) as usize)
     }
 
-    /// Learns from samples of a vertex: their moments, their squared deferred bias, and the variance
-    /// over moved look-ups of the vertex.
+    /// Learns from samples of a vertex: their moments, their squared deferred bias, and the
+    /// variance over moved look-ups of the vertex.
     pub fn learn(&mut self, vertex: &VertexMoments, others: [DVec3; 2], history: History) {
         self.passes += 1;
         match history {

@@ -9,8 +9,8 @@ use lightshed_sampling::{CounterRng, Rgb, UniformSphere};
 use lightshed_spatial::{LevelGridOptions, SurfaceSite};
 use lightshed_testkit::check_faults;
 
-/// The share keeps `α² P + (1 − α)² J` below the bound and uses all of it, or has the least variance
-/// if that is above the bound.
+/// The share keeps `α² P + (1 − α)² J` below the bound and uses all of it, or has the least
+/// variance if that is above the bound.
 #[test]
 fn shares_use_all_of_the_bound() {
     #[derive(Clone, Copy, Debug)]
@@ -159,8 +159,8 @@ fn rare_light_keeps_to_the_bound() {
     }
     let [above, share] = kept.map(|sum| sum / count);
     println!("{above} of the bound, a share of {share}");
-    // Records vary by a sixth of their squared mean, which the bound is relative to, and the variance
-    // of a block by a few per cent.
+    // Records vary by a sixth of their squared mean, which the bound is relative to, and the
+    // variance of a block by a few per cent.
     assert!(above < 1.5 && above > 0.5, "{above} of the bound");
     assert!(share > 0.05, "{share}");
 }

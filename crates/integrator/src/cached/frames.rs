@@ -21,8 +21,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Separate passes fill the cache before the first frame; it is the same for any seed and any
 /// number of threads. Then frames are independent of each other. If a pass comes before each frame,
 /// they depend on earlier ones. A guide, if there is one, is trained by the same passes: their
-/// samples see all the light that the cache knows. The mean of frames is **biased**: records hold the mean of the
-/// vertices of a cell, and represent paths of any length, however short the scene's own may be.
+/// samples see all the light that the cache knows. The mean of frames is **biased**: records hold
+/// the mean of the vertices of a cell, and represent paths of any length, however short the scene's
+/// own may be.
 pub struct CachedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,

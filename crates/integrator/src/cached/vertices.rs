@@ -30,8 +30,8 @@ const _: () = assert!(MAX_UPDATE_SAMPLES as usize <= MAX_BATCH);
 /// The surfaces of a scene, as a radiance cache samples them: by the path tracer. Paths start with
 /// the rays that found the vertices and end in the cache at the end of the next edge.
 ///
-/// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path. Mirrors,
-/// narrow lobes and places without a record are passed.
+/// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path.
+/// Mirrors, narrow lobes and places without a record are passed.
 ///
 /// Directions may be those of a guide: records then have the local variances of guided paths. An
 /// observer sees the samples as paths that begin at the cache's vertices; light that the cache
