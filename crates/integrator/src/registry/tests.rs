@@ -26,7 +26,7 @@ fn every_method_is_found_by_its_name_and_renders() {
         "path:bvh:spread@0.1:cache-passes=4",
         "path:variance@0.5:cache-always",
         "path:mse@100:cache-borders",
-        "path:vmf:bvh:variance@1:cache-passes=8:visible=paths",
+        "path:bvh:paths:vmf:variance@1:cache-passes=8",
         "direct:open-bvh",
         "direct:bvh:2",
         "lightcuts:bvh",
