@@ -34,10 +34,11 @@ struct Options {
 }
 
 /// What is rendered: name, width, height, longest path in edges.
-const CASES: [(&str, u32, u32, u32); 3] = [
+const CASES: [(&str, u32, u32, u32); 4] = [
     ("cornell", 256, 256, 8),
     ("sponza_crytek", 240, 135, 6),
     ("classroom", 240, 135, 6),
+    ("veach_ajar", 240, 135, 13),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

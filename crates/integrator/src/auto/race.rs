@@ -62,9 +62,9 @@ impl Race<'_, '_> {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
                     continue;
                 };
-                // Where sharing gains, so do frames that resample, or seem to while they lack their
-                // outliers.
-                if method.name() == RESAMPLING && gains == Some(true) && frames < FEW_FRAMES {
+                // Frames that resample seem to gain while they lack their outliers, and allowing for
+                // those leaves few frames nothing to show.
+                if method.name() == RESAMPLING && frames < FEW_FRAMES {
                     self.leave_out(method, "so few frames do not show its outliers");
                     continue;
                 }

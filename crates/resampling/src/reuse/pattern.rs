@@ -70,7 +70,7 @@ pub struct Pattern(Kind);
 enum Kind {
     Window { radius: u32 },
     Disk { radius: f32, count: u32 },
-    Rooks { side: u32, stride: u32 },
+    Rooks { side: u32 },
 }
 
 /// The golden angle, `π (3 − √5)`: successive points of a Vogel spiral keep apart at any
@@ -107,26 +107,21 @@ impl Pattern {
         }
     }
 
-    /// N-rooks tiles: blocks of `side × side` pixels fall into `side` groups of `side` pixels, one
-    /// in each row and column of the block; a group reuses among itself. The arrangement of path
-    /// reuse (Bekaert et al. 2002, Lin 2022 §6.8.3 with 16 pixels), as a baseline: its tiles show.
+    /// N-rooks tiles: squares of `side × side` pixels fall into `side` groups of `side` pixels, one
+    /// in each row and column of the square; a group reuses among itself. The arrangement of path
+    /// reuse (Bekaert et al. 2002, Lin 2022 §6.8.3 with 16 pixels), as a baseline.
+    ///
+    /// Pixels of a group have errors in common. So each square has rows in a random order of its
+    /// own: groups of one shape in all squares would show as a regular texture.
     ///
     /// # Errors
     /// [`PatternError::Count`] unless `2 ≤ side ≤ 256`.
-    pub fn rooks_tiles(side: u32) -> Result<Self, PatternError> {
-        if !(2..=256).contains(&side) {
-            return Err(PatternError::Count);
+    pub const fn rooks_tiles(side: u32) -> Result<Self, PatternError> {
+        if matches!(side, 2..=256) {
+            Ok(Self(Kind::Rooks { side }))
+        } else {
+            Err(PatternError::Count)
         }
-        // A lattice whose generator is coprime to the side and near its golden section: rooks far
-        // from each other.
-        let golden = (f64::from(side) * 0.618_033_988_749_895).round() as u32;
-        let coprime =
-            |stride: u32| (2..=stride).all(|d| !(stride.is_multiple_of(d) && side.is_multiple_of(d)));
-        let stride = (0..side)
-            .flat_map(|distance| [golden.saturating_sub(distance), golden + distance])
-            .find(|&stride| (1..=side).contains(&stride) && coprime(stride))
-            .unwrap_or(1);
-        Ok(Self(Kind::Rooks { side, stride }))
     }
 
     /// The neighbours of the pixels of an image, in the round with random bits `key`.
@@ -179,13 +174,15 @@ impl Pattern {
                     }
                 }
             }
-            Kind::Rooks { side, stride } => {
-                let (side, stride) = (i64::from(side), i64::from(stride));
-                let (left, top) = (x - x % side, y - y % side);
-                let group = (y % side - x % side * stride).rem_euclid(side);
-                for column in 0..side {
-                    let row = (group + column * stride) % side;
-                    let index = extent.index(left + column, top + row);
+            Kind::Rooks { side } => {
+                let square = scramble((y as u32 / side) << 16 | x as u32 / side, key);
+                let rows = rows_of_columns(side, square);
+                let side = i64::from(side);
+                let (column, row) = (x % side, y % side);
+                let group = row - i64::from(rows[column as usize]);
+                for other in 0..side {
+                    let row_of_other = (group + i64::from(rows[other as usize])).rem_euclid(side);
+                    let index = extent.index(x - column + other, y - row + row_of_other);
                     if let Some(index) = index.filter(|&index| index != pixel) {
                         visit(index);
                     }
@@ -289,6 +286,16 @@ impl Topology for PixelPairs {
     }
 }
 
+/// A random order of the rows of a square, by columns (Fisher and Yates).
+fn rows_of_columns(side: u32, key: u32) -> [u8; 256] {
+    let mut rows = std::array::from_fn(|row| row as u8);
+    for last in (1..side).rev() {
+        let other = scramble(last, key) % (last + 1);
+        rows.swap(last as usize, other as usize);
+    }
+    rows
+}
+
 /// Random bits from an index and a key: two rounds of a 32-bit permutation (Jarzynski & Olano 2020,
 /// the PCG output function).
 #[inline]
@@ -351,20 +358,58 @@ mod tests {
             width: 32,
             height: 32,
         };
-        for pixel in 0..extent.len() {
-            let mut group = vec![pixel];
-            pattern.for_each(extent, pixel, 0, |index| group.push(index));
-            assert_eq!(group.len(), 16);
-            let mut columns: Vec<i64> = group.iter().map(|&i| extent.place(i)[0] % 16).collect();
-            let mut rows: Vec<i64> = group.iter().map(|&i| extent.place(i)[1] % 16).collect();
-            columns.sort_unstable();
-            rows.sort_unstable();
-            assert!(columns.iter().eq((0..16).collect::<Vec<_>>().iter()) && columns == rows);
-            for &other in &group[1..] {
-                let mut back = Vec::new();
-                pattern.for_each(extent, other, 0, |index| back.push(index));
-                assert!(back.contains(&pixel));
+        for key in [0, 1, 7] {
+            for pixel in 0..extent.len() {
+                let mut group = vec![pixel];
+                pattern.for_each(extent, pixel, key, |index| group.push(index));
+                assert_eq!(group.len(), 16);
+                for axis in [0, 1] {
+                    let mut places: Vec<i64> = group.iter().map(|&i| extent.place(i)[axis]).collect();
+                    places.sort_unstable();
+                    let first = places[0] / 16 * 16;
+                    assert!(places.into_iter().eq(first..first + 16));
+                }
+                for &other in &group[1..] {
+                    let mut back = Vec::new();
+                    pattern.for_each(extent, other, key, |index| back.push(index));
+                    assert!(back.contains(&pixel));
+                }
             }
+        }
+    }
+
+    /// Over many squares a pixel meets all others equally often, as the same offset again and again
+    /// would show. Chi-square; 4,000 keys are fixed, and a correct implementation would fail for
+    /// one choice of them in a million.
+    #[test]
+    fn rooks_meet_all_pixels_of_the_square() {
+        let pattern = Pattern::rooks_tiles(16).unwrap();
+        let extent = Extent {
+            width: 48,
+            height: 48,
+        };
+        let keys = 4000;
+        for place in [[16, 16], [21, 26]] {
+            let pixel = extent.index(place[0], place[1]).unwrap();
+            let mut met = vec![0_u32; extent.len()];
+            for key in 0..keys {
+                pattern.for_each(extent, pixel, key, |other| met[other] += 1);
+            }
+            let (mut chi_square, mut cells) = (0.0, 0);
+            for (other, count) in met.into_iter().enumerate() {
+                let [x, y] = extent.place(other);
+                let square = (16..32).contains(&x) && (16..32).contains(&y);
+                if !square || x == place[0] || y == place[1] {
+                    assert_eq!(count, 0);
+                    continue;
+                }
+                let expected = f64::from(keys) / 15.0;
+                chi_square += (f64::from(count) - expected).powi(2) / expected;
+                cells += 1;
+            }
+            // A random order: 15 columns of 14 degrees of freedom each, mean 210 and standard
+            // deviation 20.
+            assert!(cells == 225 && chi_square < 320.0, "{chi_square}");
         }
     }
 
