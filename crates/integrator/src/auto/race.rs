@@ -62,7 +62,7 @@ impl Race<'_, '_> {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
                     continue;
                 };
-                // Frames that resample seem to gain while they lack their outliers, and allowing for
+                // Frames that resample seem to gain while they lack their outliers. Allowing for
                 // those leaves few frames nothing to show.
                 if method.name() == RESAMPLING && frames < FEW_FRAMES {
                     self.leave_out(method, "so few frames do not show its outliers");

@@ -175,7 +175,7 @@ impl Pattern {
                 }
             }
             Kind::Rooks { side } => {
-                let square = scramble((y as u32 / side) << 16 | x as u32 / side, key);
+                let square = scramble(((y as u32 / side) << 16) | (x as u32 / side), key);
                 let rows = rows_of_columns(side, square);
                 let side = i64::from(side);
                 let (column, row) = (x % side, y % side);

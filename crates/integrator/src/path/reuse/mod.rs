@@ -20,8 +20,8 @@ use tree::Ground;
 /// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex. Tiles of
 /// 16 pixels, one in each row and column of a square of 16 × 16 (the arrangement of Lin 2022
 /// §6.8.3), connect every `x₁` of theirs with every `x₂`: light behind `x₂` serves all of
-/// them, for one more ray each. Each square has tiles of its own, which depend on the seed. With pixel `k`'s contribution `f_k` of the path behind `x₁` and
-/// the density `p_j` with which pixel `j` makes it, in the measure of area at `x₂` and solid
+/// them, for one more ray each. Each square has tiles of its own, which depend on the seed. With
+/// pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j` with which pixel `j` makes it, in the measure of area at `x₂` and solid
 /// angle from there on,
 ///
 /// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
