@@ -21,8 +21,8 @@ use tree::Ground;
 /// 16 pixels, one in each row and column of a square of 16 × 16 (the arrangement of Lin 2022
 /// §6.8.3), connect every `x₁` of theirs with every `x₂`: light behind `x₂` serves all of
 /// them, for one more ray each. Each square has tiles of its own, which depend on the seed. With
-/// pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j` with which pixel `j` makes it, in the measure of area at `x₂` and solid
-/// angle from there on,
+/// pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j` with which pixel
+/// `j` makes it, in the measure of area at `x₂` and solid angle from there on,
 ///
 /// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
 ///
@@ -30,8 +30,8 @@ use tree::Ground;
 /// Scattering at `x₂` is evaluated again for each pixel. Direct light at `x₁`, and paths by
 /// delta lobes at `x₁` or from `x₂` on, belong to their own pixel only.
 ///
-/// The estimate is unbiased and frames are independent. Within a frame the pixels of a tile are
-/// correlated, which is visible.
+/// The estimate is unbiased and frames are independent. The pixels of a tile are correlated, which
+/// is visible.
 ///
 /// ```
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
