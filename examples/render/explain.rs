@@ -100,7 +100,12 @@ fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulett
         all.push(pass(
             "guide of directions",
             asked && need.is_ok(),
-            "learnt from the paths of the first frames, and dropped if it gains less than it costs",
+            match values.cache_rule() {
+                Some(_) => "learnt from the samples of the cache's passes",
+                None => {
+                    "learnt from the paths of the first frames, and dropped if it gains less than it costs"
+                }
+            },
             match need {
                 Err(why) if asked => why,
                 _ => "--guide is not given",
