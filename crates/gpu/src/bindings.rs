@@ -1,7 +1,7 @@
 //! Bindings of programs: every binding has one number, one name and one meaning.
 //!
-//! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid or guide
-//! (each with its own numbers) in group 1, and the buffers of a method in group 2. Programs without
+//! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid, guide
+//! or light cache (each with its own numbers) in group 1, and the buffers of a method in group 2. Programs without
 //! a scene have everything in group 0. A test compares these tables with the linked shaders, names
 //! included.
 
@@ -114,12 +114,25 @@ bindings!(
 );
 
 bindings!(
+    /// Octrees of a guide and of a light cache.
+    OctreeBindings, 1, 15,
+    octree_nodes: Read,
+);
+
+bindings!(
     /// A guide's field.
-    GuideBindings, 1, 15,
+    GuideBindings, 1, 16,
     guide: Read,
-    guide_nodes: Read,
     guide_regions: Read,
     guide_words: Read,
+);
+
+bindings!(
+    /// A light cache.
+    LightCacheBindings, 1, 19,
+    light_cache_parts: Read,
+    cache_words: Read,
+    cache_rows: Read,
 );
 
 bindings!(

@@ -1,17 +1,21 @@
-//! Direct light with emitters selected by a light tree, on the device.
+//! Direct light with emitters selected by a light tree or a light cache, on the device.
 
-use crate::bindings::{ImageBindings, LightTreeBindings, SceneBindings, Table};
+use crate::bindings::{
+    ImageBindings, LightCacheBindings, LightTreeBindings, OctreeBindings, SceneBindings, Table,
+};
 use crate::emitter_tree::{EmitterTree, TreeShape};
+use crate::light_cache::LightCacheMemory;
 use crate::programs::DIRECT;
 use crate::sample_kernel::SampleKernel;
 use crate::{Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
+use lightshed_integrator::guiding::FlatLightCache;
 
 /// Emission and light that is scattered once, with emitters selected by a perfect light tree that
-/// the device builds: the estimator of `lightshed_integrator::DirectLight` with
-/// `LightChoosing::Tree`.
+/// the device builds, or by a light cache that the host has trained: the estimator of
+/// `lightshed_integrator::DirectLight` with `LightChoosing::Tree` or `LightChoosing::Vlc`.
 ///
 /// Random numbers and selections are the host's, so a pixel's sample equals the host's to rounding.
 /// An exception are near triangles, which the host samples by solid angle and the device by area:
@@ -19,13 +23,16 @@ use lightshed_integrator::MAX_DIRECT_SAMPLES;
 pub struct GpuDirectLight<'a> {
     samples: SampleKernel<'a>,
     emitters: EmitterTree,
+    cache: LightCacheMemory,
     asked: Direct,
 }
 
 /// What the program binds.
-pub(crate) const TABLES: [Table; 3] = [
+pub(crate) const TABLES: [Table; 5] = [
     SceneBindings::TABLE,
     LightTreeBindings::TABLE,
+    OctreeBindings::TABLE,
+    LightCacheBindings::TABLE,
     ImageBindings::TABLE,
 ];
 
@@ -60,13 +67,31 @@ impl<'a> GpuDirectLight<'a> {
         emitter_samples: u32,
         bsdf_samples: u32,
     ) -> Result<Self, GpuError> {
-        Self::of_program(gpu, scene, [emitter_samples, bsdf_samples], DIRECT)
+        Self::of_program(gpu, scene, [emitter_samples, bsdf_samples], None, DIRECT)
+    }
+
+    /// As [`GpuDirectLight::new`], with emitters selected by a cache over the scene's finite
+    /// emitters: `lightshed_integrator::LightSelection::flat_cache`.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuDirectLight::new`], and [`GpuError::Settings`] for a cache of another number of
+    /// lights.
+    pub fn with_cache(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        cache: &FlatLightCache<'_>,
+        emitter_samples: u32,
+        bsdf_samples: u32,
+    ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, [emitter_samples, bsdf_samples], Some(cache), DIRECT)
     }
 
     fn of_program(
         gpu: &'a Gpu,
         scene: &'a GpuScene,
         [emitter_samples, bsdf_samples]: [u32; 2],
+        cache: Option<&FlatLightCache<'_>>,
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
@@ -78,36 +103,53 @@ impl<'a> GpuDirectLight<'a> {
                 .into(),
             ));
         }
-        let emitters = EmitterTree::new(gpu, scene)?;
+        if cache.is_some_and(|cache| cache.tree.leaf_of.len() != scene.lights().len()) {
+            return Err(GpuError::Settings("the light cache is of another scene".into()));
+        }
+        let shines = scene.lights().iter().any(|light| light.intensity > 0.0);
+        let (emitters, memory) = match cache {
+            Some(cache) => (EmitterTree::unused(gpu)?, LightCacheMemory::new(gpu, cache)?),
+            None => (EmitterTree::new(gpu, scene)?, LightCacheMemory::none(gpu)?),
+        };
         let stratum = u64::MAX / u64::from(emitter_samples);
+        let tree = match cache {
+            Some(_) => memory.tree(),
+            None => emitters.bindings(),
+        };
         Ok(Self {
             asked: Direct {
                 tree: emitters.shape(),
                 sample: 0,
                 emitter_samples,
                 bsdf_samples,
-                groups: u32::from(emitters.shines) + scene.directions() + u32::from(scene.has_surroundings()),
+                groups: u32::from(shines) + scene.directions() + u32::from(scene.has_surroundings()),
                 stratum: [stratum as u32, (stratum >> 32) as u32],
-                has_tree: u32::from(emitters.shines),
+                has_tree: u32::from(shines),
                 padding: 0,
             },
             samples: SampleKernel::new(
                 (gpu, scene),
                 "direct",
-                program,
+                (program, &[("BY_CACHE", cache.is_some())]),
                 &TABLES,
-                gpu.bind(&[&emitters.bindings()]),
+                gpu.bind(&[&tree, &memory.octrees(), &memory.bindings()]),
             )?,
             emitters,
+            cache: memory,
         })
     }
 
-    /// Bytes on the device, without those of the scene and the tree.
+    /// Bytes on the device, without those of the scene, the tree and the cache.
     pub fn bytes(&self) -> u64 {
         self.samples.bytes()
     }
 
-    /// The tree.
+    /// Bytes of the light cache on the device.
+    pub fn cache_bytes(&self) -> u64 {
+        self.cache.bytes()
+    }
+
+    /// The tree; of one light if a cache selects.
     pub fn tree(&self) -> &GpuLightTree {
         &self.emitters.tree
     }
@@ -178,15 +220,22 @@ mod tests {
 
     /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and
     /// the mean difference of the others.
-    fn like_the_host(gpu: &Gpu, scene: &Scene, samples: u32, program: &str) -> (f64, MeanTest) {
+    fn like_the_host(
+        gpu: &Gpu,
+        scene: &Scene,
+        selection: &LightSelection<'_>,
+        samples: u32,
+        program: &str,
+    ) -> (f64, MeanTest) {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
+        let cache = selection.flat_cache();
         let mut device =
-            GpuDirectLight::of_program(gpu, &on_device, [samples, 1], program).expect("the program is sound");
+            GpuDirectLight::of_program(gpu, &on_device, [samples, 1], cache.as_ref(), program)
+                .expect("the program is sound");
         assert_eq!(
             device.bytes(),
             GpuDirectLight::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
         );
-        let selection = LightSelection::new(scene, LightChoosing::Tree).expect("there are lights");
         let host = DirectLight::new(
             scene,
             selection,
@@ -233,7 +282,8 @@ mod tests {
         for (name, mut description, samples, least) in scenes {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
-            let (alike, differences) = like_the_host(gpu, &scene, samples, DIRECT);
+            let tree = LightSelection::new(&scene, LightChoosing::Tree).expect("there are lights");
+            let (alike, differences) = like_the_host(gpu, &scene, &tree, samples, DIRECT);
             println!(
                 "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
                 differences.mean(),
@@ -250,12 +300,55 @@ mod tests {
             for (right, planted) in faults {
                 assert!(DIRECT.contains(*right), "{right}");
                 let (fewer, differences) =
-                    like_the_host(gpu, &scene, samples, &DIRECT.replace(*right, planted));
+                    like_the_host(gpu, &scene, &tree, samples, &DIRECT.replace(*right, planted));
                 println!("  {planted}: {fewer:.4} alike, {:.2e}", differences.mean());
                 assert!(
                     fewer < alike - 0.01 || differences.test_against(0.0, 1e-4).is_err(),
                     "{planted}"
                 );
+            }
+        }
+    }
+
+    /// The same with emitters selected by a trained cache: with its lists in the warehouse, with
+    /// what training has left of it elsewhere. Faults are noticed: a probability of the lists
+    /// without their share, one of the tree instead, regions taken from another octree.
+    #[test]
+    fn samples_by_caches_are_the_hosts() {
+        let Some(gpu) = gpu() else { return };
+        let scenes = [
+            ("warehouse", builtin::warehouse(), 3, 0.9),
+            ("cornell-glossy", under_the_sky(builtin::cornell_glossy()), 3, 0.4),
+            ("many-lights", builtin::many_lights(), 4, 0.97),
+        ];
+        let faults = [
+            ["(1.0 - head.share)", "1.0"],
+            ["cache.list_root, position", "cache.factor_root, position"],
+        ];
+        for (name, mut description, samples, least) in scenes {
+            (description.settings.width, description.settings.height) = (SIDE, SIDE);
+            let scene = Scene::new(&description).expect("built-in scenes are sound");
+            let trained = LightSelection::trained(&scene, LightChoosing::Vlc).expect("there are lights");
+            let flat = trained.flat_cache().expect("it is a cache or a part of one");
+            let has_lists = flat.list_root != FlatLightCache::NONE;
+            let (alike, differences) = like_the_host(gpu, &scene, &trained, samples, DIRECT);
+            println!(
+                "{name}, lists: {has_lists}: {alike:.4} alike, differences {:.2e} ({:.2e})",
+                differences.mean(),
+                differences.standard_error()
+            );
+            let expected = if gpu.is_exact() { least } else { 0.9 * least };
+            assert!(alike >= expected, "{name}");
+            assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
+            if name != "warehouse" {
+                continue;
+            }
+            assert!(has_lists);
+            for fault in faults {
+                let program = crate::tests::support::faulty(DIRECT, fault);
+                let (fewer, differences) = like_the_host(gpu, &scene, &trained, samples, &program);
+                println!("  {fewer:.4}, {:.2e}", differences.mean());
+                assert!(fewer < alike - 0.01, "{fault:?}");
             }
         }
     }

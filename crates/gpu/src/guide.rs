@@ -1,6 +1,6 @@
 //! A guide of paths on the device.
 
-use crate::bindings::GuideBindings;
+use crate::bindings::{GuideBindings, OctreeBindings};
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::guiding::FlatGuidingField;
@@ -77,10 +77,15 @@ impl GuideMemory {
         [guide, nodes, regions, words].map(Buffer::bytes).iter().sum()
     }
 
+    pub fn octree(&self) -> OctreeBindings<'_> {
+        OctreeBindings {
+            octree_nodes: &self.nodes,
+        }
+    }
+
     pub fn bindings(&self) -> GuideBindings<'_> {
         GuideBindings {
             guide: &self.guide,
-            guide_nodes: &self.nodes,
             guide_regions: &self.regions,
             guide_words: &self.words,
         }

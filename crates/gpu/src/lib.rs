@@ -16,6 +16,7 @@ mod guide;
 mod guided;
 mod image;
 mod kernel;
+mod light_cache;
 mod light_tree;
 mod lightcuts;
 mod lighting_grid;

@@ -7,7 +7,7 @@ use crate::{
     GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{
-    GuidedPathsOptions, LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions,
+    GuidedPathsOptions, LightChoosing, LightSelection, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions,
     RestirVolumeOptions,
 };
 use lightshed_scene::Scene;
@@ -23,7 +23,7 @@ pub struct GpuStage<'a> {
 
 /// A method that is ready to render.
 type Started<'b> = Result<Box<dyn GpuMethod + Send + 'b>, GpuError>;
-type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by_tree: bool) -> Started<'b>;
+type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by: Option<LightChoosing>) -> Started<'b>;
 
 /// The registry's list of methods on the device.
 const ON_DEVICE: [(&str, StartOnDevice); 9] = [
@@ -54,8 +54,9 @@ const ON_DEVICE: [(&str, StartOnDevice); 9] = [
             options.with_neighbours(),
         )?))
     }),
-    ("direct", |stage, by_tree| match by_tree {
-        true => {
+    ("direct", |stage, by| match by {
+        Some(LightChoosing::Vlc) => stage.direct_by_cache(),
+        Some(_) => {
             let samples = stage.values.light_samples();
             Ok(Box::new(GpuDirectLight::new(
                 stage.gpu,
@@ -64,7 +65,7 @@ const ON_DEVICE: [(&str, StartOnDevice); 9] = [
                 1,
             )?))
         }
-        false => Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?)),
+        None => Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?)),
     }),
     ("lightcuts", |stage, _| {
         let options = stage.values.lightcut_options();
@@ -74,9 +75,9 @@ const ON_DEVICE: [(&str, StartOnDevice); 9] = [
         let options = stage.values.mixture_options();
         Ok(Box::new(GpuMixture::new(stage.gpu, &stage.on_device, options)?))
     }),
-    ("restir-di", |stage, by_tree| {
+    ("restir-di", |stage, by| {
         let settings = RestirDiSettings::UNBIASED;
-        Ok(Box::new(match by_tree {
+        Ok(Box::new(match by.is_some() {
             true => GpuRestirDi::with_tree(stage.gpu, &stage.on_device, settings)?,
             false => GpuRestirDi::with_settings(stage.gpu, &stage.on_device, settings)?,
         }))
@@ -144,9 +145,10 @@ impl<'a> GpuStage<'a> {
         match method.values().light_choosing() {
             None => (),
             Some(LightChoosing::Tree) if takes_trees => (),
+            Some(LightChoosing::Vlc) if method.name() == "direct" => (),
             Some(_) => {
-                let message =
-                    "lights have to be chosen by tree, and the method has to be direct or restir-di";
+                let message = "lights have to be chosen by tree, and the method has to be direct or \
+                               restir-di; direct knows vlc, too";
                 return Err(GpuError::Settings(message.into()));
             }
         }
@@ -180,7 +182,20 @@ impl<'a> GpuStage<'a> {
     ///
     /// Those of its constructor.
     pub fn start(&self) -> Started<'_> {
-        (self.start)(self, self.values.light_choosing().is_some())
+        (self.start)(self, self.values.light_choosing())
+    }
+
+    /// Direct light by a light cache that is trained on the host first.
+    fn direct_by_cache(&self) -> Started<'_> {
+        let settings = |error: &dyn std::fmt::Display| GpuError::Settings(error.to_string().into());
+        let trained = LightSelection::trained(self.scene, LightChoosing::Vlc).map_err(|e| settings(&e))?;
+        let samples = self.values.light_samples();
+        let method = match trained.flat_cache() {
+            Some(cache) => GpuDirectLight::with_cache(self.gpu, &self.on_device, &cache, samples, 1)?,
+            // Without finite emitters nothing is selected by a cache.
+            None => GpuDirectLight::new(self.gpu, &self.on_device, samples, 1)?,
+        };
+        Ok(Box::new(method))
     }
 }
 

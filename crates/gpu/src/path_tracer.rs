@@ -1,6 +1,8 @@
 //! Path tracing on the device.
 
-use crate::bindings::{BoundGroup, GuideBindings, SceneBindings, Table, WavefrontBindings};
+use crate::bindings::{
+    BoundGroup, GuideBindings, OctreeBindings, SceneBindings, Table, WavefrontBindings,
+};
 use crate::guide::GuideMemory;
 use crate::image::PixelSums;
 use crate::programs::PATH;
@@ -58,8 +60,9 @@ struct Step {
 }
 
 /// What the program binds.
-pub(crate) const TABLES: [Table; 3] = [
+pub(crate) const TABLES: [Table; 4] = [
     SceneBindings::TABLE,
+    OctreeBindings::TABLE,
     GuideBindings::TABLE,
     WavefrontBindings::TABLE,
 ];
@@ -134,7 +137,10 @@ impl<'a> GpuPathTracer<'a> {
             gpu,
             scene,
             program,
-            bound: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&guide.bindings()])],
+            bound: [
+                gpu.bind(&[&scene.bindings()]),
+                gpu.bind(&[&guide.octree(), &guide.bindings()]),
+            ],
             guide,
             kernels: Kernels::new(gpu, scene, program, false)?,
             max_depth,
@@ -161,7 +167,9 @@ impl<'a> GpuPathTracer<'a> {
             Some(field) => GuideMemory::new(self.gpu, field)?,
             None => GuideMemory::none(self.gpu)?,
         };
-        self.bound[1] = self.gpu.bind(&[&self.guide.bindings()]);
+        self.bound[1] = self
+            .gpu
+            .bind(&[&self.guide.octree(), &self.guide.bindings()]);
         self.kernels = Kernels::new(self.gpu, self.scene, self.program, field.is_some())?;
         self.roulette_depth = roulette_depth;
         Ok(())

@@ -25,11 +25,12 @@ impl<'a> SampleKernel<'a> {
     /// Bytes of a pixel of the image.
     pub const BYTES_PER_PIXEL: u64 = 16;
 
-    /// The kernel `name` of a program with these tables, of which `added` fills the second group.
+    /// The kernel `name` of a program with these constants of the method and these tables, of which
+    /// `added` fills the second group.
     pub fn new(
         (gpu, scene): (&'a Gpu, &'a GpuScene),
         name: &'static str,
-        program: &str,
+        (program, constants): (&str, &[(&str, bool)]),
         tables: &[Table],
         added: BoundGroup,
     ) -> Result<Self, GpuError> {
@@ -39,7 +40,13 @@ impl<'a> SampleKernel<'a> {
             gpu,
             scene,
             groups: [gpu.bind(&[&scene.bindings()]), added],
-            kernel: gpu.kernel_of_tables(name, program, name, tables, &scene.constants(program, &[]))?,
+            kernel: gpu.kernel_of_tables(
+                name,
+                program,
+                name,
+                tables,
+                &scene.constants(program, constants),
+            )?,
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", Self::BYTES_PER_PIXEL * pixels)?,
             times: Vec::new(),

@@ -54,7 +54,7 @@ impl<'a> GpuVolumePathTracer<'a> {
             samples: SampleKernel::new(
                 (gpu, scene),
                 "volpath",
-                program,
+                (program, &[]),
                 &TABLES,
                 gpu.bind(&[&medium.bindings()]),
             )?,

@@ -16,6 +16,7 @@
 //! | chains that need no list of lights | [`MarkovState`], [`MarkovChain`] |
 //! | choosing among neighbours' states | [`Discovery`], [`neighbour_offset`] of [`OFFSET_WORDS`] words |
 //! | caches of visible lights | [`LightCache`], [`LightTreeCache`] |
+//! | a cache on a device | [`LightCache::flat`], [`FlatLightCache`] |
 //!
 //! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
 //! Illumination for Real-Time Path Tracing*) unless another work is named.
@@ -51,7 +52,7 @@ pub use field::{FieldUpdate, Guidance, GuidingField};
 pub use flat::FlatGuidingField;
 pub use glam;
 pub use light_cache::{
-    BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, LightCache,
+    BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, FlatLightCache, LightCache,
     LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions, MAX_BUCKET,
 };
 pub use lightshed_lights as lights;

@@ -1,14 +1,20 @@
 //! How a guide learns, frame by frame: the variance of a frame, what regions there are and which
-//! share they give to the guide.
+//! share they give to the guide. At the end, what was gained at equal CPU time.
+//!
+//! Squared errors need no reference. Of a frame's two halves, a quarter of the squared difference
+//! has the expectation of the frame's variance. The combination of all frames has the variance
+//! `1 / Σ n_i²/V_i`, with `V_i` the sum of the variances of the `n_i` frames between two updates.
+//! Plain paths get as many samples with the scene's own roulette. The gain is the ratio of both
+//! products of variance and CPU time, training included.
 //!
 //! ```sh
 //! cargo run --release -p lightshed-integrator --example guide_training -- \
-//!     [scene] [cdq|sdtree] [bits] [frames] [setting=value]…
+//!     [scene] [cdq|sdtree|vmf|mcmm] [bits] [frames] [setting=value]…
 //! ```
 
 use lightshed_guiding::{Interpolation, QuadtreeGoal};
-use lightshed_integrator::film::FrameMethod;
-use lightshed_integrator::{GuideKind, GuidedPaths, GuidedPathsOptions};
+use lightshed_integrator::film::{FrameMethod, SampledFrames, process_cpu_seconds};
+use lightshed_integrator::{GuideKind, GuidedPaths, GuidedPathsOptions, PathTracer};
 use lightshed_scene::{Rgb, Scene, builtin, import};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -24,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     (description.settings.width, description.settings.height) = (128, 128);
     let mut options = GuidedPathsOptions::new(argument(2, "cdq").parse::<GuideKind>()?);
-    let mut seed = 1;
+    let (mut seed, mut table) = (1, true);
     options.quadtree.bits = argument(3, "64").parse()?;
     for setting in arguments.iter().skip(5) {
         let (name, value) = setting.split_once('=').ok_or("settings are name=value")?;
@@ -48,6 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             "parallax" => options.quadtree.parallax = value.parse()?,
             "roulette" => options.roulette_depth = value.parse()?,
+            "table" => table = value.parse()?,
             "seed" => seed = value.parse()?,
             "samples" => options.samples = value.parse()?,
             "every" => options.every_frame = value.parse()?,
@@ -65,14 +72,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut image = vec![Rgb::ZERO; 128 * 128];
     // Where the noise of later frames is.
     let mut blocks = [[0.0f64; 16]; 16];
-    println!("frame   variance   regions  share  seconds");
-    for frame in 0..argument(4, "24").parse()? {
+    let frames: u32 = argument(4, "24").parse()?;
+    // Of the frames since the last update: their number and the sum of their variances.
+    let (mut count, mut sum, mut certainty) = (0.0, 0.0, 0.0);
+    let begin = process_cpu_seconds().unwrap_or(0.0);
+    if table {
+        println!("frame   variance   regions  share  seconds");
+    }
+    for frame in 0..frames {
         let start = std::time::Instant::now();
         method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
         for (pixel, value) in image.iter().enumerate().filter(|_| frame >= 16) {
             blocks[pixel / 128 / 8][pixel % 128 / 8] += f64::from(value.length_squared());
         }
+        (count, sum) = (count + 1.0, sum + method.last_variance());
+        if (frame + 1).is_power_of_two() || options.every_frame || frame + 1 == frames {
+            certainty += count * count / sum;
+            (count, sum) = (0.0, 0.0);
+        }
         let field = method.field();
+        if !table {
+            continue;
+        }
         println!(
             "{frame:5} {:10.3e} {:9} {:6.3} {:8.3}{}",
             method.last_variance(),
@@ -81,6 +102,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             start.elapsed().as_secs_f64(),
             if method.is_dropped() { "  plain" } else { "" }
         );
+    }
+    let seconds = process_cpu_seconds().unwrap_or(0.0) - begin;
+    let (plain, plain_seconds) = plain_frames(&scene, frames, options.samples, seed);
+    println!(
+        "{name} {} {} bits, {frames} frames: variance {plain:.3e} plain, {:.3e} combined; CPU-s {plain_seconds:.2} \
+         plain, {seconds:.2}; gain {:.2}{}",
+        options.kind.name(),
+        options.quadtree.bits,
+        1.0 / certainty,
+        plain * plain_seconds * certainty / seconds,
+        if method.is_dropped() { ", dropped" } else { "" }
+    );
+    if !table {
+        return Ok(());
     }
     let total: f64 = blocks.iter().flatten().sum();
     println!("share of the noise by blocks of 8 x 8 pixels, per mille:");
@@ -92,4 +127,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     Ok(())
+}
+
+/// Variance of the mean of so many frames of plain paths, summed over pixels and channels, and the
+/// CPU-seconds that they took.
+fn plain_frames(scene: &Scene, frames: u32, samples: u32, seed: u64) -> (f64, f64) {
+    let tracer = PathTracer::new(scene, scene.emitters_by_power()).with_points(lightshed_sampling::PointSet::Sobol);
+    let mut halves = SampledFrames::new(tracer, [128; 2], samples / 2);
+    let mut images = [vec![Rgb::ZERO; 128 * 128], vec![Rgb::ZERO; 128 * 128]];
+    let (mut variance, begin) = (0.0, process_cpu_seconds().unwrap_or(0.0));
+    for frame in 0..frames {
+        for (half, image) in (0..).zip(&mut images) {
+            halves.render_frame(2 * frame + half, seed, image, &AtomicBool::new(false));
+        }
+        let pairs = images[0].iter().zip(&images[1]);
+        variance += pairs
+            .map(|(a, b)| 0.25 * (a.as_dvec3() - b.as_dvec3()).length_squared())
+            .sum::<f64>();
+    }
+    let count = f64::from(frames);
+    (variance / (count * count), process_cpu_seconds().unwrap_or(0.0) - begin)
 }

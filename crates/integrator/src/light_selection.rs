@@ -1,7 +1,7 @@
 //! Selection of an emitter for a shading point.
 
 use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
-use lightshed_guiding::{CacheUse, GuidingError, LightCache, LightCacheOptions, LightTreeCache};
+use lightshed_guiding::{CacheUse, FlatLightCache, GuidingError, LightCache, LightCacheOptions, LightTreeCache};
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{
     Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
@@ -217,6 +217,18 @@ impl<'a> LightSelection<'a> {
     pub(crate) fn cache_mut(&mut self) -> Option<&mut LightCache> {
         match &mut self.sampler {
             Some(Sampler::Cache(cache)) => Some(cache),
+            _ => None,
+        }
+    }
+
+    /// What a trained cache has kept, as arrays for a device: the cache, its tree with learnt
+    /// factors, or the light BVH alone. `None` for selections of other kinds, and without finite
+    /// emitters.
+    pub fn flat_cache(&self) -> Option<FlatLightCache<'_>> {
+        match self.sampler.as_ref()? {
+            Sampler::Cache(cache) => cache.flat(),
+            Sampler::TreeCache(cache) => Some(cache.flat()),
+            Sampler::Bvh(tree) => Some(FlatLightCache::of_tree(tree)),
             _ => None,
         }
     }

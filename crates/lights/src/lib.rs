@@ -49,7 +49,7 @@ mod tree_sampler;
 mod two_level;
 mod weighing;
 
-pub use bvh::{BvhBuild, LightBvh};
+pub use bvh::{BvhBuild, BvhLayout, LightBvh};
 pub use cone::OrientationCone;
 pub use factored::{FactorRow, FactoredStep};
 pub use flat::{PowerLights, UniformLights};

@@ -116,8 +116,50 @@ pub const MODULES: &[Module] = &[
     module!("importance", ["load_light_row"]),
     module!("jump_selection"),
     module!(
+        "light_bvh",
+        [
+            "load_bvh_child",
+            "load_bvh_leaf",
+            "load_bvh_parent",
+            "load_factor_row_below",
+            "load_factors",
+            "load_leaf_of",
+            "load_light_at",
+            "load_light_level",
+            "load_light_row"
+        ]
+    ),
+    module!(
+        "light_cache",
+        [
+            "light_cache",
+            "load_bvh_child",
+            "load_bvh_leaf",
+            "load_bvh_parent",
+            "load_cache_row",
+            "load_cache_word",
+            "load_factor_row_below",
+            "load_factors",
+            "load_leaf_of",
+            "load_light_at",
+            "load_light_level",
+            "load_light_row",
+            "load_octree_node"
+        ]
+    ),
+    module!(
         "light_tree",
         [
+            "load_leaf_of",
+            "load_light_at",
+            "load_light_level",
+            "load_light_row"
+        ]
+    ),
+    module!(
+        "light_walk",
+        [
+            "load_cache_row",
             "load_leaf_of",
             "load_light_at",
             "load_light_level",

@@ -205,6 +205,7 @@ fn options_are_taken_or_refused() {
     };
     for text in [
         "path:cdq:guide-training=2",
+        "direct:vlc",
         "mcmm",
         "mcmm:smis-size=8:smis-emitters",
     ] {
@@ -219,6 +220,7 @@ fn options_are_taken_or_refused() {
         ("mcmm:temporal", "spatial sets"),
         ("mcmm:smis-steps=2", "one step"),
         ("mcmm:bvh", "by tree"),
+        ("restir-di:vlc", "by tree"),
     ] {
         match started(text) {
             Err(GpuError::Settings(found)) => assert!(found.contains(why), "{text}: {found}"),

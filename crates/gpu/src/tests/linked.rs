@@ -32,7 +32,8 @@ const PROGRAMS: [(&str, &[Table]); 14] = [
 ];
 
 /// Overridable constants that hosts set.
-const CONSTANTS: [&str; 11] = [
+const CONSTANTS: [&str; 12] = [
+    "BY_CACHE",
     "BY_TREE",
     "HAS_DELTA_EMITTERS",
     "HAS_DIELECTRICS",
@@ -222,6 +223,7 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("bvh_build", "Part", 32),
         ("bvh_build", "Node", size_of::<lightshed_bvh::Node>()),
         ("direct", "package_lightshed__1light_tree_LightTree", 16),
+        ("direct", "package_memory__1light_cache_CacheMemory", 80),
         ("direct", "Direct", 48),
         ("vpl_grid", "VplGrid", 32),
         ("vpl_grid", "package__1vpl_pixel_Pixel", 64),

@@ -10,6 +10,7 @@
 //! those of the ball. `o` is 1 if the light emits in all directions, otherwise 0. The weight is
 //! zero only if no point of the light sends anything to `x`.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{Facing, Light, ShadingPoint};
@@ -74,7 +75,7 @@ impl WeighedLight {
 }
 
 /// Eight of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(super) struct LightBlock {
     center: [[f32; LANES]; 3],
@@ -95,6 +96,8 @@ const MIN_WEIGHT: f32 = 1e-30;
 
 impl LightBlock {
     pub const NONE: u32 = u32::MAX;
+    /// Rows of four words.
+    pub const ROWS: usize = size_of::<Self>() / 16;
 
     pub const EMPTY: Self = Self {
         center: [[0.0; LANES]; 3],

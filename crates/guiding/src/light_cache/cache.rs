@@ -67,7 +67,7 @@ pub struct LightCache {
     pub(super) options: LightCacheOptions,
     pub(super) units: Units,
     pub(super) explorer: Explorer,
-    regions: Regions,
+    pub(super) regions: Regions,
     states: Vec<RegionState>,
     pub(super) lists: Lists,
 }

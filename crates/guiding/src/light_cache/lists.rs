@@ -13,7 +13,7 @@ pub(super) struct Lists {
     pub blocks: Vec<LightBlock>,
     starts: Vec<u32>,
     firsts: Vec<u32>,
-    groups: Vec<LightBlock>,
+    pub groups: Vec<LightBlock>,
 }
 
 /// Position of a region's lights, and its share of exploration.
@@ -22,10 +22,11 @@ pub(super) struct RegionHead {
     pub buckets: u32,
     /// Numbers below this explore.
     pub explore_below: u64,
-    first_block: u32,
+    pub first_block: u32,
     first_start: u32,
-    first_group: u32,
-    groups: u32,
+    pub first_group: u32,
+    /// Blocks of the buckets as groups.
+    pub groups: u32,
 }
 
 impl RegionHead {
@@ -97,6 +98,12 @@ impl Lists {
         let place = head.first_start as usize + bucket;
         let first = head.first_block;
         &self.blocks[(first + self.starts[place]) as usize..(first + self.starts[place + 1]) as usize]
+    }
+
+    /// The first block of each bucket from the region's first one, and the end; empty without lights.
+    pub fn starts(&self, head: &RegionHead) -> &[u32] {
+        let count = head.buckets + u32::from(head.buckets > 0);
+        &self.starts[head.first_start as usize..(head.first_start + count) as usize]
     }
 
     /// The first unit of each bucket.

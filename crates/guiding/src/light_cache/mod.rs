@@ -6,6 +6,7 @@ mod buckets;
 mod cache;
 mod entries;
 mod exploration;
+mod flat;
 mod lists;
 mod options;
 mod record;
@@ -18,6 +19,7 @@ mod walk;
 
 pub use cache::LightCache;
 pub use exploration::{ExplorationTable, ExplorationWeights};
+pub use flat::FlatLightCache;
 pub use options::{BucketRule, Exploration, LightCacheOptions, LightTreeCacheOptions, MAX_BUCKET};
 pub use record::{CacheMoments, CacheUse, LightCacheReport, LightRecord};
 pub use tree_cache::LightTreeCache;

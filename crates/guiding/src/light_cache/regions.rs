@@ -36,6 +36,11 @@ impl Regions {
         })
     }
 
+    /// The octree.
+    pub fn tree(&self) -> &AdaptiveOctree {
+        &self.tree
+    }
+
     /// Number of slots.
     pub fn slots(&self) -> usize {
         self.tree.slot_count()

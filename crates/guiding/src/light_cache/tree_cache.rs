@@ -64,12 +64,12 @@ use lightshed_sampling::parallel::for_each_chunk;
 #[derive(Clone, Debug)]
 pub struct LightTreeCache {
     options: LightTreeCacheOptions,
-    tree: LightBvh,
-    regions: Regions,
+    pub(super) tree: LightBvh,
+    pub(super) regions: Regions,
     states: Vec<TreeState>,
-    rows: Vec<FactorRow>,
+    pub(super) rows: Vec<FactorRow>,
     /// Where the rows of each slot begin; and where the last one's end.
-    starts: Vec<u32>,
+    pub(super) starts: Vec<u32>,
 }
 
 /// What a region has learnt.

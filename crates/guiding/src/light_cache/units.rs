@@ -16,13 +16,13 @@ pub(super) struct Units {
     /// How each is weighed.
     pub lights: Vec<WeighedLight>,
     /// The unit of each light.
-    of: Vec<u32>,
+    pub of: Vec<u32>,
     /// The light of a unit that has only one, otherwise any of its lights.
-    single: Vec<u32>,
+    pub single: Vec<u32>,
     /// First block of the members of each unit, and the end of the last one. Units of one light
     /// have none.
-    starts: Vec<u32>,
-    blocks: Vec<LightBlock>,
+    pub starts: Vec<u32>,
+    pub blocks: Vec<LightBlock>,
 }
 
 impl Units {

@@ -7,6 +7,7 @@
 
 mod build;
 mod extent;
+mod layout;
 mod node;
 
 use crate::block::{NodeBlock, WIDTH};
@@ -17,6 +18,7 @@ use crate::weighing::Receiver;
 use crate::{Curve, Light, LightError, Weighting};
 use build::{Spares, collect_items};
 use extent::{Item, LightExtent};
+pub use layout::BvhLayout;
 use lightshed_bvh::{AlongCurve, Binned, Clustered, Clusters, MergedTree, Merges, Pyramid, SubsetOptions};
 use lightshed_lanes::{Lanes, prefetch};
 use lightshed_spatial::CurveOrder;

@@ -10,6 +10,7 @@ mod doubles;
 mod guiding;
 mod harness;
 mod lamps;
+mod light_cache;
 mod light_tree;
 mod light_tree_build;
 mod lightcut;

@@ -34,8 +34,8 @@ pub struct Agreement {
     pub worst_tile: f64,
     /// Tiles (and channels) beyond 4.
     pub outliers: usize,
-    /// Of the image, by channel: relative difference and its score.
-    pub whole: Vec<(f64, f64)>,
+    /// Of the image, by channel: relative difference, its standard error and its score.
+    pub whole: Vec<[f64; 3]>,
 }
 
 impl Ensemble {
@@ -157,7 +157,11 @@ impl Ensemble {
             tiles,
             worst_tile: by_tile.worst().map_or(0.0, |tile| tile.z.abs()),
             outliers: by_tile.outliers,
-            whole: whole.channels.iter().map(|c| (c.ratio - 1.0, c.z)).collect(),
+            whole: whole
+                .channels
+                .iter()
+                .map(|c| [c.ratio - 1.0, c.standard_error, c.z])
+                .collect(),
         }
     }
 }
@@ -169,7 +173,7 @@ impl Agreement {
     pub fn verdict(&self) -> Result<(), String> {
         assert!(self.tiles <= 420, "the rate is stated for fewer");
         let sound =
-            self.worst_tile < 5.5 && self.outliers <= 3 && self.whole.iter().all(|(_, z)| z.abs() < 4.6);
+            self.worst_tile < 5.5 && self.outliers <= 3 && self.whole.iter().all(|[_, _, z]| z.abs() < 4.6);
         if sound { Ok(()) } else { Err(format!("{self:?}")) }
     }
 }

@@ -97,32 +97,53 @@ fn options_with(mut options: MixtureOptions, fault: Option<Exchange>) -> Mixture
     options
 }
 
-/// The same in large, with the scenes that mixtures are for, and a door ajar if `LIGHTSHED_SCENES`
-/// names the folder of published scenes. Minutes: `cargo test --release -p lightshed-integrator
-/// --test it -- --ignored mixtures_agree --nocapture`.
-#[test]
-#[ignore = "takes some minutes; the test above is its short form"]
-fn mixtures_agree_with_path_tracing_at_length() {
-    let built_in = [
-        ("cornell", scene(builtin::cornell(), 64, 4)),
-        ("many-lights", scene(builtin::many_lights(), 64, 2)),
-        ("candles", scene(builtin::candles(), 64, 2)),
-        ("pool", scene(builtin::pool(), 64, 3)),
-    ];
-    let published = std::env::var_os("LIGHTSHED_SCENES").map(|folder| {
-        let file = std::path::Path::new(&folder).join("veach_ajar/scene.xml");
-        let loaded = load(file, &[]).unwrap_or_else(|error| panic!("{}", error.chain()));
-        ("veach_ajar", scene(loaded.description, 64, 6))
-    });
-    for (name, scene) in built_in.into_iter().chain(published) {
-        let truth = truth(&scene, 400);
-        for (sets, size) in [(MixtureSets::Temporal, 8), (MixtureSets::Spatial, 32)] {
-            let make = || method(&scene, options(sets, size));
-            let agreement = Ensemble::of_chains(make, 4..20, 400, 1).compare(&truth);
-            println!("{name}, {sets:?}: {agreement:?}");
-            agreement.verdict().unwrap();
-        }
+/// The same in large, by both kinds of sets, in the scenes that mixtures are for and in others.
+/// Minutes each: `cargo test --release -p lightshed-integrator --test it -- --ignored mixtures
+/// --nocapture`.
+fn agrees_at_length(name: &str, scene: &Scene) {
+    let truth = truth(scene, 300);
+    for (sets, size) in [(MixtureSets::Temporal, 8), (MixtureSets::Spatial, 32)] {
+        let make = || method(scene, options(sets, size));
+        let agreement = Ensemble::of_chains(make, 4..12, 150, 1).compare(&truth);
+        println!("{name}, {sets:?}: {agreement:?}");
+        agreement.verdict().unwrap();
     }
+}
+
+#[test]
+#[ignore = "takes minutes; the test above is its short form"]
+fn mixtures_agree_in_the_cornell_box() {
+    agrees_at_length("cornell", &scene(builtin::cornell(), 32, 4));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn mixtures_agree_under_many_lights() {
+    agrees_at_length("many-lights", &scene(builtin::many_lights(), 32, 2));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn mixtures_agree_by_candles() {
+    agrees_at_length("candles", &scene(builtin::candles(), 32, 2));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn mixtures_agree_in_the_pool() {
+    agrees_at_length("pool", &scene(builtin::pool(), 32, 3));
+}
+
+/// A published scene, if `LIGHTSHED_SCENES` names their folder.
+#[test]
+#[ignore = "takes minutes"]
+fn mixtures_agree_behind_a_door_ajar() {
+    let Some(folder) = std::env::var_os("LIGHTSHED_SCENES") else {
+        return;
+    };
+    let file = std::path::Path::new(&folder).join("veach_ajar/scene.xml");
+    let loaded = load(file, &[]).unwrap_or_else(|error| panic!("{}", error.chain()));
+    agrees_at_length("veach_ajar", &scene(loaded.description, 32, 6));
 }
 
 /// The last frame of a moving camera shows what a still camera there shows.

@@ -5,6 +5,7 @@ mod direct;
 mod ensemble;
 mod hostile;
 mod indirect;
+mod learnt;
 mod mixture;
 mod path_reuse;
 mod published;

@@ -180,7 +180,7 @@ fn a_moving_camera_is_a_little_biased_and_then_not() {
     let moving = frames(moves..moves + 1);
     println!("moving: {moving:?}");
     assert!(
-        moving.whole.iter().all(|(relative, _)| relative.abs() < 0.05),
+        moving.whole.iter().all(|[relative, ..]| relative.abs() < 0.05),
         "{moving:?}"
     );
     // The cap of 4 frames forgets what moved.
@@ -238,7 +238,7 @@ fn a_moving_density_is_a_little_biased_and_then_not() {
     let moving = frames(FRAMES - 1..FRAMES).compare(&truth);
     println!("moving: {moving:?}");
     assert!(
-        moving.whole.iter().all(|(relative, _)| relative.abs() < 0.02),
+        moving.whole.iter().all(|[relative, ..]| relative.abs() < 0.02),
         "{moving:?}"
     );
     let rested = frames(FRAMES + 5..FRAMES + 8);
