@@ -28,6 +28,20 @@ fn surroundings_probability() -> f32 {
     return f32(infinite) / f32(max(asked.groups, 1u)) / f32(max(infinite, 1u));
 }
 
+fn choose_light(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
+    if package_memory__1light_cache__1BY_CACHE {
+        return package_lightshed__1light_cache__2light_cache_sample(at, u);
+    }
+    return package_lightshed__1light_tree__2light_tree_sample(asked.tree, at, u);
+}
+
+fn light_pmf(at: package_lightshed_importance_ShadingPoint, light: u32) -> f32 {
+    if package_memory__1light_cache__1BY_CACHE {
+        return package_lightshed__1light_cache__2light_cache_pmf(at, light);
+    }
+    return package_lightshed__1light_tree__2light_tree_pmf(asked.tree, at, light);
+}
+
 fn stratified(i: u32, word: u32) -> vec2u {
     let low = package_lightshed_wide__1wide_product(word, asked.stratum.x);
     let within = package_lightshed_wide__1wide_add(package_lightshed_wide__1wide_product(word, asked.stratum.y), vec2u(low.y, 0u));
@@ -72,7 +86,7 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
         let group = high.y + select(0u, 1u, middle < low.y);
         var light = package_selected__1no_light();
         if package_memory_scene__1HAS_EMITTERS && asked.has_tree == 1u && group == 0u {
-            let choice = package_lightshed__1light_tree__2light_tree_sample(asked.tree, at, vec2u(low.x, middle));
+            let choice = choose_light(at, vec2u(low.x, middle));
             if !(choice.pmf > 0.0) {
                 continue;
             }
@@ -134,7 +148,7 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
             }
             pdf = 0.0;
             if !drawn.is_delta && package_memory_scene__1HAS_EMITTERS {
-                let probability = package_lightshed__1light_tree__2light_tree_pmf(asked.tree, at, end.emitter) * finite_probability();
+                let probability = light_pmf(at, end.emitter) * finite_probability();
                 pdf = package_selected__1pdf_towards(end.emitter, probability, point.position, end.position);
             }
         }
@@ -148,6 +162,322 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
         value += by_bsdf / m;
     }
     image[pixel] = vec4f(value + scattered / n, 0.0);
+}
+
+struct package_lightshed__1light_bvh_FactorRows {
+    first: u32,
+    count: u32
+}
+
+const package_lightshed__1light_bvh__1BVH_LEAF: u32 = 2147483648u;
+
+fn package_lightshed__1light_bvh__1bvh_shares(at: package_lightshed_importance_ShadingPoint, block: u32, row: u32) -> package_lightshed_importance_Eight {
+    let ends = package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), package_lightshed_importance__2WEIGHTING_MIN_MAX);
+    if row == package_lightshed_ray_NOTHING {
+        return ends;
+    }
+    let low = package_lightshed_importance__2as_it_is(ends.low);
+    let high = package_lightshed_importance__2as_it_is(ends.high);
+    let factors = package_memory__1light_cache__1load_factors(row);
+    let own_low = package_lightshed_importance__2as_it_is(low - vec4f(0.0, low.xyz));
+    let own_high = package_lightshed_importance__2as_it_is(high - vec4f(low.w, high.xyz));
+    return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(own_low * factors.low, own_high * factors.high));
+}
+
+const package_lightshed__1light_bvh__2MAX_BVH_DEPTH: u32 = 64u;
+
+fn package_lightshed__1light_bvh__2factor_row_below(rows: package_lightshed__1light_bvh_FactorRows, row: u32, lane: u32) -> u32 {
+    if row == package_lightshed_ray_NOTHING {
+        return package_lightshed_ray_NOTHING;
+    }
+    let below = package_memory__1light_cache__3load_factor_row_below(row, lane);
+    return select(package_lightshed_ray_NOTHING, rows.first + below, below < rows.count);
+}
+
+fn package_lightshed__1light_bvh__2first_factor_row(rows: package_lightshed__1light_bvh_FactorRows) -> u32 {
+    return select(package_lightshed_ray_NOTHING, rows.first, rows.count > 0u);
+}
+
+fn package_lightshed__1light_bvh__2light_bvh_pmf(at: package_lightshed_importance_ShadingPoint, light: u32, rows: package_lightshed__1light_bvh_FactorRows) -> f32 {
+    if !(at.reflectance_bound > 0.0) {
+        return 0.0;
+    }
+    var places: array<u32, 64>;
+    var count = 0u;
+    var place = package_memory__1light_cache__2load_bvh_leaf(light);
+    while (place != package_lightshed_ray_NOTHING && count < package_lightshed__1light_bvh__2MAX_BVH_DEPTH) {
+        places[count] = place;
+        count++;
+        place = package_memory__1light_cache__2load_bvh_parent(place / 8u);
+    }
+    var probability = select(package_lightshed_double_ZERO, package_lightshed_double_ONE, count > 0u);
+    var row = package_lightshed__1light_bvh__2first_factor_row(rows);
+    while (count > 0u) {
+        count--;
+        let lane = places[count] % 8u;
+        let ends = package_lightshed__1light_bvh__1bvh_shares(at, places[count] / 8u, row);
+        if !(ends.high.w > 0.0) {
+            return 0.0;
+        }
+        let share = package_lightshed__1light_tree__1share_of(ends, lane);
+        let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(share.end), package_lightshed_double__2double_from_f32(share.begin));
+        probability = package_lightshed_double__1double_multiply(probability, package_lightshed_double__1double_divide(width, package_lightshed_double__2double_from_f32(ends.high.w)));
+        row = package_lightshed__1light_bvh__2factor_row_below(rows, row, lane);
+    }
+    return package_lightshed_double__2double_to_f32(probability);
+}
+
+fn package_lightshed__1light_bvh__2light_bvh_sample(at: package_lightshed_importance_ShadingPoint, u: vec2u, rows: package_lightshed__1light_bvh_FactorRows) -> package_lightshed__1light_tree_LightChoice {
+    if !(at.reflectance_bound > 0.0) {
+        return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+    }
+    var route = package_lightshed__1light_tree__1route_new(u);
+    var block = 0u;
+    var row = package_lightshed__1light_bvh__2first_factor_row(rows);
+    for (var depth = 0u; depth < package_lightshed__1light_bvh__2MAX_BVH_DEPTH; depth++) {
+        let step = package_lightshed__1light_tree__1route_step(route, package_lightshed__1light_bvh__1bvh_shares(at, block, row));
+        if !step.alive {
+            break;
+        }
+        route = step.route;
+        let child = package_memory__1light_cache__2load_bvh_child(8u * block + step.lane);
+        if (child & package_lightshed__1light_bvh__1BVH_LEAF) != 0u {
+            return package_lightshed__1light_tree_LightChoice(child & ~package_lightshed__1light_bvh__1BVH_LEAF, package_lightshed_double__2double_to_f32(route.probability));
+        }
+        row = package_lightshed__1light_bvh__2factor_row_below(rows, row, step.lane);
+        block = child;
+    }
+    return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+}
+
+struct package_lightshed__1light_cache_CacheHead {
+    buckets: u32,
+    share: f32,
+    explore_below: vec2u,
+    first_block: u32,
+    starts: u32,
+    first_group: u32,
+    groups: u32
+}
+
+struct package_lightshed__1light_cache_LightCache {
+    octree: package_lightshed_octree_Octree,
+    list_root: u32,
+    factor_root: u32,
+    heads: u32,
+    row_starts: u32,
+    unit_of: u32,
+    unit_light: u32,
+    unit_blocks: u32,
+    lights: u32
+}
+
+const package_lightshed__1light_cache__1ALL_EXPLORE: vec2u = vec2u(4294967295u);
+
+fn package_lightshed__1light_cache__1bucket_of(head: package_lightshed__1light_cache_CacheHead, unit: u32) -> u32 {
+    if head.buckets == 1u {
+        return 0u;
+    }
+    let firsts = head.starts + head.buckets + 1u;
+    var low = 0u;
+    var high = head.buckets;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if package_memory__1light_cache__2load_cache_word(firsts + middle) <= unit {
+            low = middle + 1u;
+        }
+        else {
+            high = middle;
+        }
+    }
+    return max(low, 1u) - 1u;
+}
+
+fn package_lightshed__1light_cache__1cache_head(cache: package_lightshed__1light_cache_LightCache, position: vec3f) -> package_lightshed__1light_cache_CacheHead {
+    let slot = package_lightshed__1light_cache__1cache_slot(cache, cache.list_root, position);
+    if slot == package_lightshed_ray_NOTHING {
+        return package_lightshed__1light_cache__1unknown_head();
+    }
+    let word = cache.heads + 8u * slot;
+    return package_lightshed__1light_cache_CacheHead(package_memory__1light_cache__2load_cache_word(word), bitcast<f32>(package_memory__1light_cache__2load_cache_word(word + 1u)), vec2u(package_memory__1light_cache__2load_cache_word(word + 2u), package_memory__1light_cache__2load_cache_word(word + 3u)), package_memory__1light_cache__2load_cache_word(word + 4u), package_memory__1light_cache__2load_cache_word(word + 5u), package_memory__1light_cache__2load_cache_word(word + 6u), package_memory__1light_cache__2load_cache_word(word + 7u));
+}
+
+fn package_lightshed__1light_cache__1cache_slot(cache: package_lightshed__1light_cache_LightCache, root: u32, position: vec3f) -> u32 {
+    let at = package_lightshed_octree__1octree_units(cache.octree, position);
+    if root == package_lightshed_ray_NOTHING || !at.inside {
+        return package_lightshed_ray_NOTHING;
+    }
+    return package_lightshed_octree__1octree_descend(root, 0u, at.units) - 8u * root;
+}
+
+fn package_lightshed__1light_cache__1explored_pmf(cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, light: u32) -> f32 {
+    return package_lightshed__1light_bvh__2light_bvh_pmf(at, light, package_lightshed__1light_cache__1factor_rows(cache, at.position));
+}
+
+fn package_lightshed__1light_cache__1factor_rows(cache: package_lightshed__1light_cache_LightCache, position: vec3f) -> package_lightshed__1light_bvh_FactorRows {
+    let slot = package_lightshed__1light_cache__1cache_slot(cache, cache.factor_root, position);
+    if slot == package_lightshed_ray_NOTHING {
+        return package_lightshed__1light_bvh_FactorRows(0u, 0u);
+    }
+    let first = package_memory__1light_cache__2load_cache_word(cache.row_starts + slot);
+    return package_lightshed__1light_bvh_FactorRows(first, package_memory__1light_cache__2load_cache_word(cache.row_starts + slot + 1u) - first);
+}
+
+fn package_lightshed__1light_cache__1listed_pmf(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, light: u32, unit: u32, of_bucket: f32) -> f32 {
+    let place = package_lightshed__1light_walk__1walk_find(walk, unit);
+    if place == package_lightshed_ray_NOTHING {
+        return 0.0;
+    }
+    let of_unit = of_bucket * package_lightshed__1light_walk__1walk_probability(walk, place);
+    if !(of_unit > 0.0) {
+        return 0.0;
+    }
+    return of_unit * package_lightshed__1light_cache__2light_within_unit(walk, cache, at, unit, light);
+}
+
+fn package_lightshed__1light_cache__1no_choice() -> package_lightshed__1light_tree_LightChoice {
+    return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+}
+
+fn package_lightshed__1light_cache__1unknown_head() -> package_lightshed__1light_cache_CacheHead {
+    return package_lightshed__1light_cache_CacheHead(0u, 1.0, package_lightshed__1light_cache__1ALL_EXPLORE, 0u, 0u, 0u, 0u);
+}
+
+fn package_lightshed__1light_cache__1walk_bucket(walk: ptr<function, package_lightshed__1light_walk_Walk>, at: package_lightshed_importance_ShadingPoint, head: package_lightshed__1light_cache_CacheHead, bucket: u32) {
+    let first = package_memory__1light_cache__2load_cache_word(head.starts + bucket);
+    let end = package_memory__1light_cache__2load_cache_word(head.starts + bucket + 1u);
+    package_lightshed__1light_walk__1walk_over(walk, at, head.first_block + first, end - first);
+}
+
+fn package_lightshed__1light_cache__1walk_unit(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, unit: u32) -> bool {
+    let first = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit);
+    let end = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit + 1u);
+    if end == first {
+        return false;
+    }
+    package_lightshed__1light_walk__1walk_over(walk, at, first, end - first);
+    return true;
+}
+
+fn package_lightshed__1light_cache__2light_cache_pmf(at: package_lightshed_importance_ShadingPoint, light: u32) -> f32 {
+    let cache = package_memory__1light_cache__1light_cache();
+    if !(at.reflectance_bound > 0.0) || light >= cache.lights {
+        return 0.0;
+    }
+    let head = package_lightshed__1light_cache__1cache_head(cache, at.position);
+    if all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE) {
+        return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+    }
+    let unit = package_memory__1light_cache__2load_cache_word(cache.unit_of + light);
+    let bucket = package_lightshed__1light_cache__1bucket_of(head, unit);
+    var of_bucket = 1.0;
+    var walk: package_lightshed__1light_walk_Walk;
+    if head.buckets > 1u {
+        package_lightshed__1light_walk__1walk_over(&walk, at, head.first_group, head.groups);
+        if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+            return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+        }
+        of_bucket = package_lightshed__1light_walk__1walk_probability(&walk, bucket);
+    }
+    package_lightshed__1light_cache__1walk_bucket(&walk, at, head, bucket);
+    if head.buckets == 1u && !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+        return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+    }
+    let listed = package_lightshed__1light_cache__1listed_pmf(&walk, cache, at, light, unit, of_bucket);
+    if listed > 0.0 {
+        return (1.0 - head.share) * listed;
+    }
+    return head.share * package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+}
+
+fn package_lightshed__1light_cache__2light_cache_sample(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
+    if !(at.reflectance_bound > 0.0) {
+        return package_lightshed__1light_cache__1no_choice();
+    }
+    let cache = package_memory__1light_cache__1light_cache();
+    let head = package_lightshed__1light_cache__1cache_head(cache, at.position);
+    if all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE) {
+        return package_lightshed__1light_cache_explore(cache, at, u);
+    }
+    var groups: package_lightshed__1light_walk_Walk;
+    if head.buckets > 1u {
+        package_lightshed__1light_walk__1walk_over(&groups, at, head.first_group, head.groups);
+        if !(package_lightshed__1light_walk__1walk_total(&groups) > 0.0) {
+            return package_lightshed__1light_cache_explore(cache, at, u);
+        }
+    }
+    let explores = package_lightshed_wide__1wide_less(u, head.explore_below);
+    var bucket = 0u;
+    var rest = vec2u(0u);
+    var found = package_lightshed__1light_cache__1no_choice();
+    var unit = package_lightshed_ray_NOTHING;
+    if explores {
+        found = package_lightshed__1light_cache_explore(cache, at, package_lightshed_wide__1wide_fraction(u, head.explore_below));
+        if found.pmf > 0.0 {
+            unit = package_memory__1light_cache__2load_cache_word(cache.unit_of + found.light);
+            bucket = package_lightshed__1light_cache__1bucket_of(head, unit);
+        }
+    }
+    else {
+        let above = package_lightshed_double__2double_from_wide(package_lightshed_wide__1wide_subtract(u, head.explore_below));
+        rest = package_lightshed__1light_walk__1below_one(package_lightshed_double__1double_divide(above, package_lightshed_double__2double_from_wide(package_lightshed_wide__1wide_subtract(package_lightshed__1light_cache__1ALL_EXPLORE, head.explore_below))));
+        if head.buckets > 1u {
+            let chosen = package_lightshed__1light_walk__1walk_choose(&groups, rest);
+            bucket = chosen.place;
+            rest = chosen.rest;
+        }
+    }
+    var of_bucket = 1.0;
+    if head.buckets > 1u {
+        of_bucket = package_lightshed__1light_walk__1walk_probability(&groups, bucket);
+    }
+    var walk: package_lightshed__1light_walk_Walk;
+    package_lightshed__1light_cache__1walk_bucket(&walk, at, head, bucket);
+    if head.buckets == 1u && !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+        return package_lightshed__1light_cache_explore(cache, at, u);
+    }
+    if explores {
+        if !(found.pmf > 0.0) || package_lightshed__1light_cache__1listed_pmf(&walk, cache, at, found.light, unit, of_bucket) > 0.0 {
+            return package_lightshed__1light_cache__1no_choice();
+        }
+        return package_lightshed__1light_tree_LightChoice(found.light, head.share * found.pmf);
+    }
+    if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+        return package_lightshed__1light_cache__1no_choice();
+    }
+    let chosen = package_lightshed__1light_walk__1walk_choose(&walk, rest);
+    let of_unit = of_bucket * package_lightshed__1light_walk__1walk_probability(&walk, chosen.place);
+    unit = package_lightshed__1light_walk__1walk_light(&walk, chosen.place);
+    var light = package_memory__1light_cache__2load_cache_word(cache.unit_light + unit);
+    var within = 1.0;
+    if package_lightshed__1light_cache__1walk_unit(&walk, cache, at, unit) {
+        if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+            return package_lightshed__1light_cache__1no_choice();
+        }
+        let member = package_lightshed__1light_walk__1walk_choose(&walk, chosen.rest);
+        light = package_lightshed__1light_walk__1walk_light(&walk, member.place);
+        within = package_lightshed__1light_walk__1walk_probability(&walk, member.place);
+    }
+    let listed = of_unit * within;
+    if listed > 0.0 {
+        return package_lightshed__1light_tree_LightChoice(light, (1.0 - head.share) * listed);
+    }
+    return package_lightshed__1light_tree_LightChoice(light, head.share * package_lightshed__1light_cache__1explored_pmf(cache, at, light));
+}
+
+fn package_lightshed__1light_cache__2light_within_unit(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, unit: u32, light: u32) -> f32 {
+    if !package_lightshed__1light_cache__1walk_unit(walk, cache, at, unit) {
+        return 1.0;
+    }
+    let place = package_lightshed__1light_walk__1walk_find(walk, light);
+    if place == package_lightshed_ray_NOTHING {
+        return 0.0;
+    }
+    return package_lightshed__1light_walk__1walk_probability(walk, place);
+}
+
+fn package_lightshed__1light_cache_explore(cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
+    return package_lightshed__1light_bvh__2light_bvh_sample(at, u, package_lightshed__1light_cache__1factor_rows(cache, at.position));
 }
 
 struct package_lightshed__1light_tree_LightChoice {
@@ -310,6 +640,135 @@ fn package_lightshed__1light_tree_mixed(bits: vec2u) -> vec2u {
     z = package_lightshed_wide__1wide_multiply(z ^ package_lightshed_wide__2wide_shift_right(z, 27u), vec2u(321982955u, 2496678331u));
     return z ^ package_lightshed_wide__2wide_shift_right(z, 31u);
 }
+
+struct package_lightshed__1light_walk_Walk {
+    ends: array<f32, 64>,
+    count: u32,
+    first_block: u32
+}
+
+struct package_lightshed__1light_walk_WalkChoice {
+    place: u32,
+    rest: vec2u
+}
+
+fn package_lightshed__1light_walk__1below_one(x: vec2u) -> vec2u {
+    let positive = select(x, package_lightshed_double_ZERO, x.y >= 2147483648u);
+    return select(positive, package_lightshed__1light_tree__1LARGEST_U, package_lightshed_double__1double_less(package_lightshed__1light_tree__1LARGEST_U, positive));
+}
+
+fn package_lightshed__1light_walk__1cache_row(block: u32, row: u32, half: u32) -> vec4f {
+    return bitcast<vec4f>(package_memory__1light_cache__2load_cache_row(20u * block + 2u * row + half));
+}
+
+fn package_lightshed__1light_walk__1walk_before(walk: ptr<function, package_lightshed__1light_walk_Walk>, place: u32) -> f32 {
+    if place == 0u {
+        return 0.0;
+    }
+    return package_lightshed__1light_walk__1walk_end(walk, place - 1u);
+}
+
+fn package_lightshed__1light_walk__1walk_choose(walk: ptr<function, package_lightshed__1light_walk_Walk>, u: vec2u) -> package_lightshed__1light_walk_WalkChoice {
+    let bound = package_lightshed_double__1double_multiply(u, package_lightshed_double__2double_from_f32(package_lightshed__1light_walk__1walk_total(walk)));
+    let below = package_lightshed_double__2double_to_f32(bound & vec2u(3758096384u, 4294967295u));
+    var place = 0u;
+    for (var k = 0u; k < (*walk).count; k++) {
+        if (*walk).ends[k] <= below {
+            place = k + 1u;
+        }
+    }
+    place = min(place, (*walk).count - 1u);
+    let before = package_lightshed_double__2double_from_f32(package_lightshed__1light_walk__1walk_before(walk, place));
+    let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(package_lightshed__1light_walk__1walk_end(walk, place)), before);
+    return package_lightshed__1light_walk_WalkChoice(place, package_lightshed__1light_walk__1below_one(package_lightshed_double__1double_divide(package_lightshed_double__1double_subtract(bound, before), width)));
+}
+
+fn package_lightshed__1light_walk__1walk_end(walk: ptr<function, package_lightshed__1light_walk_Walk>, place: u32) -> f32 {
+    return (*walk).ends[min(place, 63u)];
+}
+
+fn package_lightshed__1light_walk__1walk_find(walk: ptr<function, package_lightshed__1light_walk_Walk>, light: u32) -> u32 {
+    for (var half = 0u; half < (*walk).count / 4u; half++) {
+        let numbers = package_memory__1light_cache__2load_cache_row(20u * ((*walk).first_block + half / 2u) + 18u + half % 2u);
+        let same = numbers == vec4u(light);
+        if any(same) {
+            return 4u * half + select(select(select(3u, 2u, same.z), 1u, same.y), 0u, same.x);
+        }
+    }
+    return package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed__1light_walk__1walk_light(walk: ptr<function, package_lightshed__1light_walk_Walk>, place: u32) -> u32 {
+    let numbers = package_memory__1light_cache__2load_cache_row(20u * ((*walk).first_block + place / 8u) + 18u + (place % 8u) / 4u);
+    return numbers[place % 4u];
+}
+
+fn package_lightshed__1light_walk__1walk_over(walk: ptr<function, package_lightshed__1light_walk_Walk>, at: package_lightshed_importance_ShadingPoint, first_block: u32, blocks: u32) {
+    let count = min(blocks, package_lightshed__1light_walk__2MAX_WALK_BLOCKS);
+    (*walk).count = 8u * count;
+    (*walk).first_block = first_block;
+    var before = 0.0;
+    for (var block = 0u; block < count; block++) {
+        let weights = package_lightshed_importance_Eight(package_lightshed__1light_walk__1walk_weights(at, first_block + block, 0u), package_lightshed__1light_walk__1walk_weights(at, first_block + block, 1u));
+        let sums = package_lightshed_importance__1running_sums(weights);
+        let low = package_lightshed_importance__2as_it_is(sums.low) + before;
+        let high = package_lightshed_importance__2as_it_is(sums.high) + before;
+        for (var lane = 0u; lane < 4u; lane++) {
+            (*walk).ends[8u * block + lane] = low[lane];
+            (*walk).ends[8u * block + 4u + lane] = high[lane];
+        }
+        before = high.w;
+    }
+}
+
+fn package_lightshed__1light_walk__1walk_probability(walk: ptr<function, package_lightshed__1light_walk_Walk>, place: u32) -> f32 {
+    let total = package_lightshed__1light_walk__1walk_total(walk);
+    if !(total > 0.0) {
+        return 0.0;
+    }
+    let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(package_lightshed__1light_walk__1walk_end(walk, place)), package_lightshed_double__2double_from_f32(package_lightshed__1light_walk__1walk_before(walk, place)));
+    return package_lightshed_double__2double_to_f32(package_lightshed_double__1double_divide(width, package_lightshed_double__2double_from_f32(total)));
+}
+
+fn package_lightshed__1light_walk__1walk_total(walk: ptr<function, package_lightshed__1light_walk_Walk>) -> f32 {
+    return package_lightshed__1light_walk__1walk_before(walk, (*walk).count);
+}
+
+fn package_lightshed__1light_walk__1walk_weights(at: package_lightshed_importance_ShadingPoint, block: u32, half: u32) -> vec4f {
+    let dx = package_lightshed__1light_walk__1cache_row(block, 0u, half) - at.position.x;
+    let dy = package_lightshed__1light_walk__1cache_row(block, 1u, half) - at.position.y;
+    let dz = package_lightshed__1light_walk__1cache_row(block, 2u, half) - at.position.z;
+    let radius = package_lightshed__1light_walk__1cache_row(block, 6u, half);
+    let all_around = package_lightshed__1light_walk__1cache_row(block, 7u, half);
+    let intensity = package_lightshed__1light_walk__1cache_row(block, 8u, half);
+    let squared = package_lightshed_importance__2as_it_is(package_lightshed_importance__1dot_rows(dx, dy, dz, dx, dy, dz));
+    let distance = sqrt(squared);
+    let along_light = package_lightshed_importance__2as_it_is(package_lightshed_importance__1dot_rows(package_lightshed__1light_walk__1cache_row(block, 3u, half), package_lightshed__1light_walk__1cache_row(block, 4u, half), package_lightshed__1light_walk__1cache_row(block, 5u, half), dx, dy, dz));
+    let emitted = package_lightshed_importance__2as_it_is(package_lightshed_importance__2as_it_is(all_around * distance) - along_light) + radius;
+    var received = distance + radius;
+    if at.facing != package_lightshed_importance__1FACING_ALL {
+        let n = at.normal;
+        var along = package_lightshed_importance__2as_it_is(n.x * dx + n.y * dy + n.z * dz);
+        if at.facing == package_lightshed_importance__1FACING_BOTH {
+            along = abs(along);
+        }
+        received = along + radius;
+    }
+    let clamped = max(max(squared, radius * radius), vec4f(package_lightshed__1light_walk__2MIN_WALK_SQUARED));
+    let zero = vec4f(0.0);
+    let from_light = package_lightshed_importance__2as_it_is(package_lightshed_importance__2as_it_is(intensity * max(emitted, zero)) / clamped);
+    let weight = from_light * package_lightshed_importance__2as_it_is(max(received, zero) / clamped);
+    let positive = (intensity > zero) & (emitted > zero) & (received > zero);
+    return select(zero, max(min(weight, vec4f(package_lightshed__1light_walk__2MAX_WALK_WEIGHT)), vec4f(package_lightshed__1light_walk__2MIN_WALK_WEIGHT)), positive);
+}
+
+const package_lightshed__1light_walk__2MAX_WALK_BLOCKS: u32 = 8u;
+
+const package_lightshed__1light_walk__2MAX_WALK_WEIGHT: f32 = 1e30;
+
+const package_lightshed__1light_walk__2MIN_WALK_SQUARED: f32 = 1e-18;
+
+const package_lightshed__1light_walk__2MIN_WALK_WEIGHT: f32 = 1e-30;
 
 const package_lightshed__1normal_ball__1CENTER_STEPS: f32 = 127.0;
 
@@ -1698,6 +2157,54 @@ fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squar
     return 0.0;
 }
 
+struct package_lightshed_octree_Octree {
+    min: vec3f,
+    per_length: f32,
+    side: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+struct package_lightshed_octree_OctreeUnits {
+    inside: bool,
+    units: vec3u
+}
+
+fn package_lightshed_octree__1octree_child(units: vec3u, depth: u32) -> u32 {
+    let bits = (units >> vec3u(package_lightshed_octree__2MAX_OCTREE_DEPTH - 1u - depth)) & vec3u(1u);
+    return bits.x | (bits.y << 1u) | (bits.z << 2u);
+}
+
+fn package_lightshed_octree__1octree_descend(node: u32, depth: u32, units: vec3u) -> u32 {
+    var number = node;
+    for (var level = depth; level < package_lightshed_octree__2MAX_OCTREE_DEPTH; level++) {
+        let inner = package_memory_octree__2load_octree_node(number);
+        let child = package_lightshed_octree__1octree_child(units, level);
+        if package_lightshed_octree__2is_octree_leaf(inner, child) {
+            return 8u * number + child;
+        }
+        number = package_lightshed_octree__1octree_inner(inner, child);
+    }
+    return package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_octree__1octree_inner(node: u32, child: u32) -> u32 {
+    return (node >> 8u) + countOneBits(~node & 255u & ((1u << child) - 1u));
+}
+
+fn package_lightshed_octree__1octree_units(tree: package_lightshed_octree_Octree, position: vec3f) -> package_lightshed_octree_OctreeUnits {
+    let units = (position - tree.min) * tree.per_length;
+    let inside = all(units >= vec3f(0.0)) && all(units < vec3f(1048576.0));
+    return package_lightshed_octree_OctreeUnits(inside, vec3u(select(vec3f(0.0), units, inside)));
+}
+
+const package_lightshed_octree__2MAX_OCTREE_DEPTH: u32 = 20u;
+
+fn package_lightshed_octree__2is_octree_leaf(node: u32, child: u32) -> bool {
+    return ((node >> child) & 1u) != 0u;
+}
+
 struct package_lightshed_ray_Hit {
     t: f32,
     primitive: u32,
@@ -2280,6 +2787,21 @@ fn package_lightshed_wide__1wide_add(a: vec2u, b: vec2u) -> vec2u {
     return vec2u(low, a.y + b.y + select(0u, 1u, low < a.x));
 }
 
+fn package_lightshed_wide__1wide_fraction(a: vec2u, b: vec2u) -> vec2u {
+    var rest = a;
+    var quotient = vec2u(0u);
+    for (var k = 0u; k < 64u; k++) {
+        let carried = rest.y >> 31u;
+        rest = package_lightshed_wide__2wide_shift_left(rest, 1u);
+        quotient = package_lightshed_wide__2wide_shift_left(quotient, 1u);
+        if carried == 1u || !package_lightshed_wide__1wide_less(rest, b) {
+            rest = package_lightshed_wide__1wide_subtract(rest, b);
+            quotient.x |= 1u;
+        }
+    }
+    return quotient;
+}
+
 fn package_lightshed_wide__1wide_less(a: vec2u, b: vec2u) -> bool {
     return a.y < b.y || (a.y == b.y && a.x < b.x);
 }
@@ -2326,6 +2848,58 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
 }
 
+struct package_memory__1light_cache_CacheMemory {
+    cache: package_lightshed__1light_cache_LightCache,
+    children: u32,
+    parents: u32,
+    leaf_of: u32,
+    factors: u32
+}
+
+override package_memory__1light_cache__1BY_CACHE: bool = false;
+
+@group(1) @binding(21)
+var<storage, read> package_memory__1light_cache__1cache_rows: array<vec4u>;
+
+@group(1) @binding(20)
+var<storage, read> package_memory__1light_cache__1cache_words: array<u32>;
+
+fn package_memory__1light_cache__1light_cache() -> package_lightshed__1light_cache_LightCache {
+    return package_memory__1light_cache__2light_cache_parts.cache;
+}
+
+fn package_memory__1light_cache__1load_factors(row: u32) -> package_lightshed_importance_Eight {
+    let first = package_memory__1light_cache__2light_cache_parts.factors + 4u * row;
+    return package_lightshed_importance_Eight(bitcast<vec4f>(package_memory__1light_cache__1cache_rows[first]), bitcast<vec4f>(package_memory__1light_cache__1cache_rows[first + 1u]));
+}
+
+@group(1) @binding(19)
+var<storage, read> package_memory__1light_cache__2light_cache_parts: package_memory__1light_cache_CacheMemory;
+
+fn package_memory__1light_cache__2load_bvh_child(place: u32) -> u32 {
+    return package_memory__1light_cache__1cache_words[package_memory__1light_cache__2light_cache_parts.children + place];
+}
+
+fn package_memory__1light_cache__2load_bvh_leaf(light: u32) -> u32 {
+    return package_memory__1light_cache__1cache_words[package_memory__1light_cache__2light_cache_parts.leaf_of + light];
+}
+
+fn package_memory__1light_cache__2load_bvh_parent(block: u32) -> u32 {
+    return package_memory__1light_cache__1cache_words[package_memory__1light_cache__2light_cache_parts.parents + block];
+}
+
+fn package_memory__1light_cache__2load_cache_row(place: u32) -> vec4u {
+    return package_memory__1light_cache__1cache_rows[place];
+}
+
+fn package_memory__1light_cache__2load_cache_word(index: u32) -> u32 {
+    return package_memory__1light_cache__1cache_words[index];
+}
+
+fn package_memory__1light_cache__3load_factor_row_below(row: u32, lane: u32) -> u32 {
+    return package_memory__1light_cache__1cache_rows[package_memory__1light_cache__2light_cache_parts.factors + 4u * row + 2u + lane / 4u][lane % 4u];
+}
+
 @group(1) @binding(7)
 var<storage, read> package_memory__1light_tree__1leaf_of: array<u32>;
 
@@ -2352,6 +2926,13 @@ fn package_memory__1light_tree__2load_light_level(level: u32) -> u32 {
 
 fn package_memory__1light_tree__2load_light_row(place: u32) -> vec4u {
     return package_memory__1light_tree__1light_rows[place];
+}
+
+@group(1) @binding(15)
+var<storage, read> package_memory_octree__1octree_nodes: array<u32>;
+
+fn package_memory_octree__2load_octree_node(index: u32) -> u32 {
+    return package_memory_octree__1octree_nodes[index];
 }
 
 const package_memory_pixels_GROUP: u32 = 64u;

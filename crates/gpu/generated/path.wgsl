@@ -1384,7 +1384,7 @@ fn package_lightshed_octree__1octree_child(units: vec3u, depth: u32) -> u32 {
 fn package_lightshed_octree__1octree_descend(node: u32, depth: u32, units: vec3u) -> u32 {
     var number = node;
     for (var level = depth; level < package_lightshed_octree__2MAX_OCTREE_DEPTH; level++) {
-        let inner = package_memory_guide__2load_octree_node(number);
+        let inner = package_memory_octree__2load_octree_node(number);
         let child = package_lightshed_octree__1octree_child(units, level);
         if package_lightshed_octree__2is_octree_leaf(inner, child) {
             return 8u * number + child;
@@ -1415,7 +1415,7 @@ fn package_lightshed_octree__1octree_units(tree: package_lightshed_octree_Octree
 fn package_lightshed_octree__1octree_walk(units: vec3u, most: u32) -> package_lightshed_octree_OctreeWalk {
     var walk = package_lightshed_octree_OctreeWalk(package_lightshed_ray_NOTHING, 0u, 0u);
     while (walk.depth < most) {
-        let inner = package_memory_guide__2load_octree_node(walk.node);
+        let inner = package_memory_octree__2load_octree_node(walk.node);
         let child = package_lightshed_octree__1octree_child(units, walk.depth);
         if package_lightshed_octree__2is_octree_leaf(inner, child) {
             walk.slot = 8u * walk.node + child;
@@ -2213,9 +2213,6 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
 
 override package_memory_guide__1HAS_GUIDE: bool = true;
 
-@group(1) @binding(16)
-var<storage, read> package_memory_guide__1guide_nodes: array<u32>;
-
 @group(1) @binding(17)
 var<storage, read> package_memory_guide__1guide_regions: array<u32>;
 
@@ -2230,16 +2227,19 @@ fn package_memory_guide__2load_guide_region(slot: u32) -> u32 {
     return package_memory_guide__1guide_regions[slot];
 }
 
-fn package_memory_guide__2load_octree_node(index: u32) -> u32 {
-    return package_memory_guide__1guide_nodes[index];
-}
-
 fn package_memory_guide__2load_quadtree_word(index: u32) -> u32 {
     return package_memory_guide__1guide_words[index];
 }
 
-@group(1) @binding(15)
+@group(1) @binding(16)
 var<storage, read> package_memory_guide_guide: package_lightshed__1guiding_field_GuidingField;
+
+@group(1) @binding(15)
+var<storage, read> package_memory_octree__1octree_nodes: array<u32>;
+
+fn package_memory_octree__2load_octree_node(index: u32) -> u32 {
+    return package_memory_octree__1octree_nodes[index];
+}
 
 const package_memory_pixels_GROUP: u32 = 64u;
 

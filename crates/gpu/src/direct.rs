@@ -229,9 +229,8 @@ mod tests {
     ) -> (f64, MeanTest) {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
         let cache = selection.flat_cache();
-        let mut device =
-            GpuDirectLight::of_program(gpu, &on_device, [samples, 1], cache.as_ref(), program)
-                .expect("the program is sound");
+        let mut device = GpuDirectLight::of_program(gpu, &on_device, [samples, 1], cache.as_ref(), program)
+            .expect("the program is sound");
         assert_eq!(
             device.bytes(),
             GpuDirectLight::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)

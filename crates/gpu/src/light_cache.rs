@@ -77,7 +77,11 @@ impl LightCacheMemory {
             rows: gpu.buffer("cache rows", if rows.is_empty() { &[[0; 4]] } else { &rows })?,
             nodes: gpu.buffer(
                 "cache octrees",
-                if cache.nodes.is_empty() { &[0] } else { &cache.nodes },
+                if cache.nodes.is_empty() {
+                    &[0]
+                } else {
+                    &cache.nodes
+                },
             )?,
             tree_rows: gpu.buffer("light BVH", &tree.rows)?,
             unused: gpu.buffer("unused", &[0u32])?,

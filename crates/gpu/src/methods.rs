@@ -7,8 +7,8 @@ use crate::{
     GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{
-    GuidedPathsOptions, LightChoosing, LightSelection, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions,
-    RestirVolumeOptions,
+    GuidedPathsOptions, LightChoosing, LightSelection, METHODS, Method, MethodValues, RestirDiSettings,
+    RestirPtOptions, RestirVolumeOptions,
 };
 use lightshed_scene::Scene;
 

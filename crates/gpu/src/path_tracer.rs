@@ -1,8 +1,6 @@
 //! Path tracing on the device.
 
-use crate::bindings::{
-    BoundGroup, GuideBindings, OctreeBindings, SceneBindings, Table, WavefrontBindings,
-};
+use crate::bindings::{BoundGroup, GuideBindings, OctreeBindings, SceneBindings, Table, WavefrontBindings};
 use crate::guide::GuideMemory;
 use crate::image::PixelSums;
 use crate::programs::PATH;
@@ -167,9 +165,7 @@ impl<'a> GpuPathTracer<'a> {
             Some(field) => GuideMemory::new(self.gpu, field)?,
             None => GuideMemory::none(self.gpu)?,
         };
-        self.bound[1] = self
-            .gpu
-            .bind(&[&self.guide.octree(), &self.guide.bindings()]);
+        self.bound[1] = self.gpu.bind(&[&self.guide.octree(), &self.guide.bindings()]);
         self.kernels = Kernels::new(self.gpu, self.scene, self.program, field.is_some())?;
         self.roulette_depth = roulette_depth;
         Ok(())

@@ -52,8 +52,9 @@ pub use field::{FieldUpdate, Guidance, GuidingField};
 pub use flat::FlatGuidingField;
 pub use glam;
 pub use light_cache::{
-    BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, FlatLightCache, LightCache,
-    LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions, MAX_BUCKET,
+    BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, FlatLightCache,
+    LightCache, LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions,
+    MAX_BUCKET,
 };
 pub use lightshed_lights as lights;
 pub use lightshed_sampling as sampling;

@@ -132,7 +132,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Variance of the mean of so many frames of plain paths, summed over pixels and channels, and the
 /// CPU-seconds that they took.
 fn plain_frames(scene: &Scene, frames: u32, samples: u32, seed: u64) -> (f64, f64) {
-    let tracer = PathTracer::new(scene, scene.emitters_by_power()).with_points(lightshed_sampling::PointSet::Sobol);
+    let tracer =
+        PathTracer::new(scene, scene.emitters_by_power()).with_points(lightshed_sampling::PointSet::Sobol);
     let mut halves = SampledFrames::new(tracer, [128; 2], samples / 2);
     let mut images = [vec![Rgb::ZERO; 128 * 128], vec![Rgb::ZERO; 128 * 128]];
     let (mut variance, begin) = (0.0, process_cpu_seconds().unwrap_or(0.0));
@@ -146,5 +147,8 @@ fn plain_frames(scene: &Scene, frames: u32, samples: u32, seed: u64) -> (f64, f6
             .sum::<f64>();
     }
     let count = f64::from(frames);
-    (variance / (count * count), process_cpu_seconds().unwrap_or(0.0) - begin)
+    (
+        variance / (count * count),
+        process_cpu_seconds().unwrap_or(0.0) - begin,
+    )
 }

@@ -1,7 +1,9 @@
 //! Selection of an emitter for a shading point.
 
 use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
-use lightshed_guiding::{CacheUse, FlatLightCache, GuidingError, LightCache, LightCacheOptions, LightTreeCache};
+use lightshed_guiding::{
+    CacheUse, FlatLightCache, GuidingError, LightCache, LightCacheOptions, LightTreeCache,
+};
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{
     Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,

@@ -54,7 +54,7 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     let truth = Ensemble::of_estimator(&PathTracer::new(scene, by_power), size(scene), 16, images);
     for kind in GuideKind::ALL {
         let guide = format!("path --guide {}", kind.name());
-        let frames = Ensemble::of_chains(|| guided(scene, by_power, kind), 0..FRAMES, chains, 1);
+        let frames = Ensemble::of_uncounted_chains(|| guided(scene, by_power, kind), 0..FRAMES, chains, 1);
         judge(name, &guide, &frames.compare(&truth)).unwrap();
     }
     // Caches are trained once: their samples are independent from then on.
@@ -62,7 +62,7 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     let paths = Ensemble::of_estimator(&PathTracer::new(scene, &cache), size(scene), 16, images);
     judge(name, "path --lights vlc", &paths.compare(&truth)).unwrap();
     let both = || guided(scene, &cache, GuideKind::Quadtree);
-    let frames = Ensemble::of_chains(both, 0..FRAMES, chains, 1);
+    let frames = Ensemble::of_uncounted_chains(both, 0..FRAMES, chains, 1);
     judge(name, "path --guide cdq --lights vlc", &frames.compare(&truth)).unwrap();
 
     let options = DirectLightOptions::samples(1, 1);
