@@ -172,7 +172,7 @@ struct package_lightshed__1light_bvh_FactorRows {
 const package_lightshed__1light_bvh__1BVH_LEAF: u32 = 2147483648u;
 
 fn package_lightshed__1light_bvh__1bvh_shares(at: package_lightshed_importance_ShadingPoint, block: u32, row: u32) -> package_lightshed_importance_Eight {
-    let ends = package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), package_lightshed_importance__2WEIGHTING_MIN_MAX);
+    let ends = package_lightshed_importance__1surface_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), package_lightshed_importance__2WEIGHTING_MIN_MAX);
     if row == package_lightshed_ray_NOTHING {
         return ends;
     }
@@ -272,6 +272,11 @@ struct package_lightshed__1light_cache_LightCache {
     lights: u32
 }
 
+struct package_lightshed__1light_cache_Listed {
+    light: u32,
+    probability: f32
+}
+
 const package_lightshed__1light_cache__1ALL_EXPLORE: vec2u = vec2u(4294967295u);
 
 fn package_lightshed__1light_cache__1bucket_of(head: package_lightshed__1light_cache_CacheHead, unit: u32) -> u32 {
@@ -323,16 +328,63 @@ fn package_lightshed__1light_cache__1factor_rows(cache: package_lightshed__1ligh
     return package_lightshed__1light_bvh_FactorRows(first, package_memory__1light_cache__2load_cache_word(cache.row_starts + slot + 1u) - first);
 }
 
-fn package_lightshed__1light_cache__1listed_pmf(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, light: u32, unit: u32, of_bucket: f32) -> f32 {
-    let place = package_lightshed__1light_walk__1walk_find(walk, unit);
-    if place == package_lightshed_ray_NOTHING {
-        return 0.0;
+fn package_lightshed__1light_cache__1follow_lists(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, head: package_lightshed__1light_cache_CacheHead, wanted: u32, u: vec2u) -> package_lightshed__1light_cache_Listed {
+    let chooses = wanted == package_lightshed_ray_NOTHING;
+    var unit = package_lightshed_ray_NOTHING;
+    if !chooses {
+        unit = package_memory__1light_cache__2load_cache_word(cache.unit_of + wanted);
     }
-    let of_unit = of_bucket * package_lightshed__1light_walk__1walk_probability(walk, place);
-    if !(of_unit > 0.0) {
-        return 0.0;
+    var light = wanted;
+    var rest = u;
+    var probability = 1.0;
+    for (var stage = select(1u, 0u, head.buckets > 1u); stage < 3u; stage++) {
+        var place = 0u;
+        if chooses {
+            if !(package_lightshed__1light_walk__1walk_total(walk) > 0.0) {
+                return package_lightshed__1light_cache_Listed(package_lightshed_ray_NOTHING, 0.0);
+            }
+            let chosen = package_lightshed__1light_walk__1walk_choose(walk, rest);
+            place = chosen.place;
+            rest = chosen.rest;
+        }
+        else if stage == 0u {
+            place = package_lightshed__1light_cache__1bucket_of(head, unit);
+        }
+        else {
+            place = package_lightshed__1light_walk__1walk_find(walk, select(wanted, unit, stage == 1u));
+            if place == package_lightshed_ray_NOTHING {
+                return package_lightshed__1light_cache_Listed(wanted, 0.0);
+            }
+        }
+        probability *= package_lightshed__1light_walk__1walk_probability(walk, place);
+        var first = 0u;
+        var end = 0u;
+        if stage == 0u {
+            first = head.first_block + package_memory__1light_cache__2load_cache_word(head.starts + place);
+            end = head.first_block + package_memory__1light_cache__2load_cache_word(head.starts + place + 1u);
+        }
+        else {
+            if chooses {
+                let number = package_lightshed__1light_walk__1walk_light(walk, place);
+                if stage == 1u {
+                    unit = number;
+                    light = package_memory__1light_cache__2load_cache_word(cache.unit_light + unit);
+                }
+                else {
+                    light = number;
+                }
+            }
+            if stage == 1u {
+                first = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit);
+                end = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit + 1u);
+            }
+            if stage == 2u || first == end || (!chooses && !(probability > 0.0)) {
+                return package_lightshed__1light_cache_Listed(light, probability);
+            }
+        }
+        package_lightshed__1light_walk__1walk_over(walk, at, first, end - first);
     }
-    return of_unit * package_lightshed__1light_cache__2light_within_unit(walk, cache, at, unit, light);
+    return package_lightshed__1light_cache_Listed(package_lightshed_ray_NOTHING, 0.0);
 }
 
 fn package_lightshed__1light_cache__1no_choice() -> package_lightshed__1light_tree_LightChoice {
@@ -343,51 +395,22 @@ fn package_lightshed__1light_cache__1unknown_head() -> package_lightshed__1light
     return package_lightshed__1light_cache_CacheHead(0u, 1.0, package_lightshed__1light_cache__1ALL_EXPLORE, 0u, 0u, 0u, 0u);
 }
 
-fn package_lightshed__1light_cache__1walk_bucket(walk: ptr<function, package_lightshed__1light_walk_Walk>, at: package_lightshed_importance_ShadingPoint, head: package_lightshed__1light_cache_CacheHead, bucket: u32) {
-    let first = package_memory__1light_cache__2load_cache_word(head.starts + bucket);
-    let end = package_memory__1light_cache__2load_cache_word(head.starts + bucket + 1u);
-    package_lightshed__1light_walk__1walk_over(walk, at, head.first_block + first, end - first);
-}
-
-fn package_lightshed__1light_cache__1walk_unit(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, unit: u32) -> bool {
-    let first = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit);
-    let end = package_memory__1light_cache__2load_cache_word(cache.unit_blocks + unit + 1u);
-    if end == first {
-        return false;
-    }
-    package_lightshed__1light_walk__1walk_over(walk, at, first, end - first);
-    return true;
-}
-
 fn package_lightshed__1light_cache__2light_cache_pmf(at: package_lightshed_importance_ShadingPoint, light: u32) -> f32 {
     let cache = package_memory__1light_cache__1light_cache();
     if !(at.reflectance_bound > 0.0) || light >= cache.lights {
         return 0.0;
     }
     let head = package_lightshed__1light_cache__1cache_head(cache, at.position);
-    if all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE) {
-        return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
-    }
-    let unit = package_memory__1light_cache__2load_cache_word(cache.unit_of + light);
-    let bucket = package_lightshed__1light_cache__1bucket_of(head, unit);
-    var of_bucket = 1.0;
+    var share = 1.0;
     var walk: package_lightshed__1light_walk_Walk;
-    if head.buckets > 1u {
-        package_lightshed__1light_walk__1walk_over(&walk, at, head.first_group, head.groups);
-        if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
-            return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+    if !all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE) && !package_lightshed__1light_cache__2lists_are_black(&walk, at, head) {
+        let listed = package_lightshed__1light_cache__1follow_lists(&walk, cache, at, head, light, vec2u(0u));
+        if listed.probability > 0.0 {
+            return (1.0 - head.share) * listed.probability;
         }
-        of_bucket = package_lightshed__1light_walk__1walk_probability(&walk, bucket);
+        share = head.share;
     }
-    package_lightshed__1light_cache__1walk_bucket(&walk, at, head, bucket);
-    if head.buckets == 1u && !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
-        return package_lightshed__1light_cache__1explored_pmf(cache, at, light);
-    }
-    let listed = package_lightshed__1light_cache__1listed_pmf(&walk, cache, at, light, unit, of_bucket);
-    if listed > 0.0 {
-        return (1.0 - head.share) * listed;
-    }
-    return head.share * package_lightshed__1light_cache__1explored_pmf(cache, at, light);
+    return share * package_lightshed__1light_cache__1explored_pmf(cache, at, light);
 }
 
 fn package_lightshed__1light_cache__2light_cache_sample(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
@@ -396,88 +419,54 @@ fn package_lightshed__1light_cache__2light_cache_sample(at: package_lightshed_im
     }
     let cache = package_memory__1light_cache__1light_cache();
     let head = package_lightshed__1light_cache__1cache_head(cache, at.position);
-    if all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE) {
-        return package_lightshed__1light_cache_explore(cache, at, u);
+    var is_unlisted = all(head.explore_below == package_lightshed__1light_cache__1ALL_EXPLORE);
+    var walk: package_lightshed__1light_walk_Walk;
+    if !is_unlisted {
+        is_unlisted = package_lightshed__1light_cache__2lists_are_black(&walk, at, head);
     }
-    var groups: package_lightshed__1light_walk_Walk;
-    if head.buckets > 1u {
-        package_lightshed__1light_walk__1walk_over(&groups, at, head.first_group, head.groups);
-        if !(package_lightshed__1light_walk__1walk_total(&groups) > 0.0) {
-            return package_lightshed__1light_cache_explore(cache, at, u);
-        }
-    }
-    let explores = package_lightshed_wide__1wide_less(u, head.explore_below);
-    var bucket = 0u;
-    var rest = vec2u(0u);
+    let explores = is_unlisted || package_lightshed_wide__1wide_less(u, head.explore_below);
     var found = package_lightshed__1light_cache__1no_choice();
-    var unit = package_lightshed_ray_NOTHING;
+    var wanted = package_lightshed_ray_NOTHING;
+    var rest = vec2u(0u);
     if explores {
-        found = package_lightshed__1light_cache_explore(cache, at, package_lightshed_wide__1wide_fraction(u, head.explore_below));
-        if found.pmf > 0.0 {
-            unit = package_memory__1light_cache__2load_cache_word(cache.unit_of + found.light);
-            bucket = package_lightshed__1light_cache__1bucket_of(head, unit);
+        var number = u;
+        if !is_unlisted {
+            number = package_lightshed_wide__1wide_fraction(u, head.explore_below);
         }
+        found = package_lightshed__1light_bvh__2light_bvh_sample(at, number, package_lightshed__1light_cache__1factor_rows(cache, at.position));
+        if is_unlisted || !(found.pmf > 0.0) {
+            return found;
+        }
+        wanted = found.light;
     }
     else {
         let above = package_lightshed_double__2double_from_wide(package_lightshed_wide__1wide_subtract(u, head.explore_below));
         rest = package_lightshed__1light_walk__1below_one(package_lightshed_double__1double_divide(above, package_lightshed_double__2double_from_wide(package_lightshed_wide__1wide_subtract(package_lightshed__1light_cache__1ALL_EXPLORE, head.explore_below))));
-        if head.buckets > 1u {
-            let chosen = package_lightshed__1light_walk__1walk_choose(&groups, rest);
-            bucket = chosen.place;
-            rest = chosen.rest;
-        }
     }
-    var of_bucket = 1.0;
-    if head.buckets > 1u {
-        of_bucket = package_lightshed__1light_walk__1walk_probability(&groups, bucket);
-    }
-    var walk: package_lightshed__1light_walk_Walk;
-    package_lightshed__1light_cache__1walk_bucket(&walk, at, head, bucket);
-    if head.buckets == 1u && !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
-        return package_lightshed__1light_cache_explore(cache, at, u);
-    }
+    let listed = package_lightshed__1light_cache__1follow_lists(&walk, cache, at, head, wanted, rest);
     if explores {
-        if !(found.pmf > 0.0) || package_lightshed__1light_cache__1listed_pmf(&walk, cache, at, found.light, unit, of_bucket) > 0.0 {
-            return package_lightshed__1light_cache__1no_choice();
-        }
-        return package_lightshed__1light_tree_LightChoice(found.light, head.share * found.pmf);
+        let pmf = select(head.share * found.pmf, 0.0, listed.probability > 0.0);
+        return package_lightshed__1light_tree_LightChoice(found.light, pmf);
     }
-    if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
+    if listed.light == package_lightshed_ray_NOTHING {
         return package_lightshed__1light_cache__1no_choice();
     }
-    let chosen = package_lightshed__1light_walk__1walk_choose(&walk, rest);
-    let of_unit = of_bucket * package_lightshed__1light_walk__1walk_probability(&walk, chosen.place);
-    unit = package_lightshed__1light_walk__1walk_light(&walk, chosen.place);
-    var light = package_memory__1light_cache__2load_cache_word(cache.unit_light + unit);
-    var within = 1.0;
-    if package_lightshed__1light_cache__1walk_unit(&walk, cache, at, unit) {
-        if !(package_lightshed__1light_walk__1walk_total(&walk) > 0.0) {
-            return package_lightshed__1light_cache__1no_choice();
-        }
-        let member = package_lightshed__1light_walk__1walk_choose(&walk, chosen.rest);
-        light = package_lightshed__1light_walk__1walk_light(&walk, member.place);
-        within = package_lightshed__1light_walk__1walk_probability(&walk, member.place);
+    if listed.probability > 0.0 {
+        return package_lightshed__1light_tree_LightChoice(listed.light, (1.0 - head.share) * listed.probability);
     }
-    let listed = of_unit * within;
-    if listed > 0.0 {
-        return package_lightshed__1light_tree_LightChoice(light, (1.0 - head.share) * listed);
-    }
-    return package_lightshed__1light_tree_LightChoice(light, head.share * package_lightshed__1light_cache__1explored_pmf(cache, at, light));
+    return package_lightshed__1light_tree_LightChoice(listed.light, head.share * package_lightshed__1light_cache__1explored_pmf(cache, at, listed.light));
 }
 
-fn package_lightshed__1light_cache__2light_within_unit(walk: ptr<function, package_lightshed__1light_walk_Walk>, cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, unit: u32, light: u32) -> f32 {
-    if !package_lightshed__1light_cache__1walk_unit(walk, cache, at, unit) {
-        return 1.0;
+fn package_lightshed__1light_cache__2lists_are_black(walk: ptr<function, package_lightshed__1light_walk_Walk>, at: package_lightshed_importance_ShadingPoint, head: package_lightshed__1light_cache_CacheHead) -> bool {
+    let has_groups = head.buckets > 1u;
+    var first = head.first_group;
+    var blocks = head.groups;
+    if !has_groups {
+        first = head.first_block + package_memory__1light_cache__2load_cache_word(head.starts);
+        blocks = package_memory__1light_cache__2load_cache_word(head.starts + 1u) - package_memory__1light_cache__2load_cache_word(head.starts);
     }
-    let place = package_lightshed__1light_walk__1walk_find(walk, light);
-    if place == package_lightshed_ray_NOTHING {
-        return 0.0;
-    }
-    return package_lightshed__1light_walk__1walk_probability(walk, place);
-}
-
-fn package_lightshed__1light_cache_explore(cache: package_lightshed__1light_cache_LightCache, at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
-    return package_lightshed__1light_bvh__2light_bvh_sample(at, u, package_lightshed__1light_cache__1factor_rows(cache, at.position));
+    package_lightshed__1light_walk__1walk_over(walk, at, first, blocks);
+    return !(package_lightshed__1light_walk__1walk_total(walk) > 0.0);
 }
 
 struct package_lightshed__1light_tree_LightChoice {

@@ -100,7 +100,8 @@ impl Lists {
         &self.blocks[(first + self.starts[place]) as usize..(first + self.starts[place + 1]) as usize]
     }
 
-    /// The first block of each bucket from the region's first one, and the end; empty without lights.
+    /// The first block of each bucket from the region's first one, and the end; empty without
+    /// lights.
     pub fn starts(&self, head: &RegionHead) -> &[u32] {
         let count = head.buckets + u32::from(head.buckets > 0);
         &self.starts[head.first_start as usize..(head.first_start + count) as usize]

@@ -91,11 +91,17 @@ impl Ensemble {
     }
 
     /// Images of an estimator with `samples` samples in each pixel.
-    pub fn of_estimator(
+    pub fn of_estimator(estimator: &impl PixelEstimator, size: [u32; 2], samples: u32, images: u32) -> Self {
+        Self::of_seeded_estimator(estimator, size, samples, images, 0x5eed_0000)
+    }
+
+    /// The same with other random numbers: for estimators that are compared with each other.
+    pub fn of_seeded_estimator(
         estimator: &impl PixelEstimator,
         [width, height]: [u32; 2],
         samples: u32,
         images: u32,
+        seed: u64,
     ) -> Self {
         let render = |image: u32| {
             let pixel = |index: u32| {
@@ -106,7 +112,7 @@ impl Ensemble {
                 };
                 let ids: Vec<SampleId> = (0..samples).map(id).collect();
                 let mut values = vec![Rgb::ZERO; ids.len()];
-                estimator.sample_many(&ids, 0x5eed_0000, &mut values);
+                estimator.sample_many(&ids, seed, &mut values);
                 values.into_iter().sum::<Rgb>() / samples as f32
             };
             (0..width * height).map(pixel).collect::<Vec<Rgb>>()

@@ -2,7 +2,7 @@
 //!
 //! Each scene has a test of its own, of some minutes:
 //! `cargo test --release -p lightshed-integrator --test it -- --ignored learnt --nocapture`. The
-//! means of images are known to about a thousandth; the verdict is that of [`Agreement`], with a
+//! means of images are known to about two thousandths; the verdict is that of [`Agreement`], with a
 //! false-positive rate of 3·10⁻⁵ for each method and scene, as far as the central limit holds.
 
 use super::ensemble::{Agreement, Ensemble};
@@ -59,7 +59,8 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     }
     // Caches are trained once: their samples are independent from then on.
     let cache = LightSelection::trained(scene, LightChoosing::Vlc).unwrap();
-    let paths = Ensemble::of_estimator(&PathTracer::new(scene, &cache), size(scene), 16, images);
+    let tracer = PathTracer::new(scene, &cache);
+    let paths = Ensemble::of_seeded_estimator(&tracer, size(scene), 16, images, 2);
     judge(name, "path --lights vlc", &paths.compare(&truth)).unwrap();
     let both = || guided(scene, &cache, GuideKind::Quadtree);
     let frames = Ensemble::of_uncounted_chains(both, 0..FRAMES, chains, 1);
@@ -69,7 +70,7 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     let direct = |sampler| DirectLight::new(scene, sampler, options).unwrap();
     let plain = LightSelection::new(scene, LightChoosing::Power).unwrap();
     let truth = Ensemble::of_estimator(&direct(&plain), size(scene), 16, images);
-    let cached = Ensemble::of_estimator(&direct(&cache), size(scene), 16, images);
+    let cached = Ensemble::of_seeded_estimator(&direct(&cache), size(scene), 16, images, 2);
     judge(name, "direct --lights vlc", &cached.compare(&truth)).unwrap();
     let reused = || RestirDi::new(scene, &cache, RestirDiSettings::UNBIASED).unwrap();
     let frames = Ensemble::of_chains(reused, 0..4, chains, 1);
