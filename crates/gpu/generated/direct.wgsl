@@ -172,16 +172,17 @@ struct package_lightshed__1light_bvh_FactorRows {
 const package_lightshed__1light_bvh__1BVH_LEAF: u32 = 2147483648u;
 
 fn package_lightshed__1light_bvh__1bvh_shares(at: package_lightshed_importance_ShadingPoint, block: u32, row: u32) -> package_lightshed_importance_Eight {
-    let ends = package_lightshed_importance__1surface_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), package_lightshed_importance__2WEIGHTING_MIN_MAX);
+    let weighting = package_lightshed_importance__2WEIGHTING_MIN_MAX + (block >> 31u);
+    let ends = package_lightshed_importance__1surface_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), weighting);
     if row == package_lightshed_ray_NOTHING {
         return ends;
     }
-    let low = package_lightshed_importance__2as_it_is(ends.low);
-    let high = package_lightshed_importance__2as_it_is(ends.high);
     let factors = package_memory__1light_cache__1load_factors(row);
-    let own_low = package_lightshed_importance__2as_it_is(low - vec4f(0.0, low.xyz));
-    let own_high = package_lightshed_importance__2as_it_is(high - vec4f(low.w, high.xyz));
-    return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(own_low * factors.low, own_high * factors.high));
+    let low = package_lightshed__1light_bvh_opaque(ends.low, row);
+    let high = package_lightshed__1light_bvh_opaque(ends.high, row);
+    let own_low = package_lightshed__1light_bvh_opaque(low - vec4f(0.0, low.xyz), row);
+    let own_high = package_lightshed__1light_bvh_opaque(high - vec4f(low.w, high.xyz), row);
+    return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(package_lightshed__1light_bvh_opaque(own_low * factors.low, row), package_lightshed__1light_bvh_opaque(own_high * factors.high, row)));
 }
 
 const package_lightshed__1light_bvh__2MAX_BVH_DEPTH: u32 = 64u;
@@ -248,6 +249,10 @@ fn package_lightshed__1light_bvh__2light_bvh_sample(at: package_lightshed_import
         block = child;
     }
     return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+}
+
+fn package_lightshed__1light_bvh_opaque(x: vec4f, row: u32) -> vec4f {
+    return bitcast<vec4f>(bitcast<vec4u>(x) ^ vec4u(row >> 31u));
 }
 
 struct package_lightshed__1light_cache_CacheHead {
