@@ -2,8 +2,8 @@
 //!
 //! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid, guide or
 //! light cache (each with its own numbers) in group 1, and the buffers of a method in group 2.
-//! Programs without a scene have everything in group 0. A test compares these tables with the linked
-//! shaders, names included.
+//! Programs without a scene have everything in group 0. A test compares these tables with the
+//! linked shaders, names included.
 
 use crate::buffer::{Access, Buffer};
 

@@ -59,3 +59,18 @@ fn wide_shift_right(a: vec2u, by: u32) -> vec2u {
 fn wide_leading_zeros(a: vec2u) -> u32 {
     return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
 }
+
+fn wide_fraction(a: vec2u, b: vec2u) -> vec2u {
+    var rest = a;
+    var quotient = vec2u(0u);
+    for (var k = 0u; k < 64u; k++) {
+        let carried = rest.y >> 31u;
+        rest = wide_shift_left(rest, 1u);
+        quotient = wide_shift_left(quotient, 1u);
+        if carried == 1u || !wide_less(rest, b) {
+            rest = wide_subtract(rest, b);
+            quotient.x |= 1u;
+        }
+    }
+    return quotient;
+}

@@ -98,8 +98,8 @@ fn options_with(mut options: MixtureOptions, fault: Option<Exchange>) -> Mixture
 }
 
 /// The same in large, by both kinds of sets, in the scenes that mixtures are for and in others. Not
-/// by candles: without emitter samples a few flames that no lobe covers yet are most of the light of
-/// some tiles, and so few chains do not meet them. Minutes each:
+/// by candles: without emitter samples a few flames that no lobe covers yet are most of the light
+/// of some tiles, and so few chains do not meet them. Minutes each:
 /// `cargo test --release -p lightshed-integrator --test it -- --ignored mixtures --nocapture`.
 fn agrees_at_length(name: &str, scene: &Scene) {
     let truth = truth(scene, 300);
