@@ -16,6 +16,7 @@ use crate::subset;
 use crate::traverse::MAX_DEPTH;
 use crate::tree::Bvh;
 use crate::treelet;
+use crate::twins::Twins;
 use lightshed_lanes::{LaneChoice, prefetch};
 
 /// Builds trees, and keeps the memory for the next one.
@@ -40,6 +41,9 @@ pub struct Builder {
     ploc: ploc::Scratch,
     /// The tree before re-insertion.
     former: Bvh,
+    twins: Twins,
+    /// The tree in which two primitives may be one.
+    joined: Bvh,
 }
 
 impl Builder {
@@ -64,13 +68,33 @@ impl Builder {
     /// [`BuildError::Bounds`] and [`BuildError::TooMany`]; `tree` is as it was then.
     pub fn rebuild<P: Primitive>(&mut self, primitives: &[P], tree: &mut Bvh) -> Result<(), BuildError> {
         let source = Source::new(primitives)?;
-        let count = source.len();
-        tree.nodes.resize((2 * count).saturating_sub(1), Node::default());
-        tree.order.resize(count, 0);
-        if count == 0 {
-            return Ok(());
+        if source.len() == 0 {
+            tree.nodes.clear();
+            tree.order.clear();
+        } else if self.options.twins && self.twins.find(&source) {
+            let mut twins = core::mem::take(&mut self.twins);
+            let mut joined = core::mem::take(&mut self.joined);
+            // There are boxes, and none of them is wrong.
+            if let Ok(boxes) = Source::new(twins.boxes()) {
+                self.build_bounded(&boxes, MAX_DEPTH - 1, &mut joined);
+                twins.expand(&source, &mut joined, tree);
+            }
+            (self.twins, self.joined) = (twins, joined);
+        } else {
+            self.build_bounded(&source, MAX_DEPTH, tree);
         }
-        self.build(&source, self.options.method, tree);
+        if source.is_scaled() {
+            tree.fit(primitives);
+        }
+        Ok(())
+    }
+
+    /// Builds a tree of at most so many levels over some items.
+    fn build_bounded<P: Primitive>(&mut self, source: &Source<P>, levels: usize, tree: &mut Bvh) {
+        let count = source.len();
+        tree.nodes.resize(2 * count - 1, Node::default());
+        tree.order.resize(count, 0);
+        self.build(source, self.options.method, tree);
         if let Some(reinsertion) = &self.options.reinsertion
             && !matches!(self.options.method, Method::Ploc { .. })
         {
@@ -79,16 +103,12 @@ impl Builder {
         // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
         let is_bounded = match self.options.method {
             Method::Binned | Method::Curve => true,
-            Method::Subset(subset) => subset::is_shallow(count, &subset),
+            Method::Subset(subset) => subset::is_shallow(count, levels, &subset),
             _ => false,
         };
-        if (!is_bounded || self.options.reinsertion.is_some()) && tree.is_deeper_than(MAX_DEPTH) {
-            self.build(&source, Method::Binned, tree);
+        if (!is_bounded || self.options.reinsertion.is_some()) && tree.is_deeper_than(levels) {
+            self.build(source, Method::Binned, tree);
         }
-        if source.is_scaled() {
-            tree.fit(primitives);
-        }
-        Ok(())
     }
 
     fn build<P: Primitive>(&mut self, source: &Source<P>, method: Method, tree: &mut Bvh) {

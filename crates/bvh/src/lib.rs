@@ -75,6 +75,7 @@ mod sweep;
 mod traverse;
 mod tree;
 mod treelet;
+mod twins;
 
 pub use build::Builder;
 pub use clusters::{Clustered, Clusters};

@@ -36,6 +36,10 @@ pub struct BuildOptions {
     pub method: Method,
     /// Subtrees that are moved afterwards.
     pub reinsertion: Option<Reinsertion>,
+    /// Whether primitives that follow each other, and whose boxes have most in common, are built as
+    /// one and put apart in the end. Meshes of quadrangles are built in about half the time then,
+    /// for trees of the same cost.
+    pub twins: bool,
 }
 
 impl From<Method> for BuildOptions {
@@ -43,6 +47,7 @@ impl From<Method> for BuildOptions {
         Self {
             method,
             reinsertion: None,
+            twins: false,
         }
     }
 }

@@ -48,6 +48,7 @@ impl Preset {
         BuildOptions {
             method,
             reinsertion: reinsertion.map(|(share, passes)| Reinsertion { share, passes }),
+            twins: true,
         }
     }
 

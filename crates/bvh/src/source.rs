@@ -5,6 +5,7 @@ use crate::item::BoxItem;
 use crate::primitive::{MAX_PRIMITIVES, Primitive};
 use core::ops::Range;
 use glam::{BVec4A, Vec4};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// Items that a thread makes at once.
@@ -96,27 +97,7 @@ impl<'a, P: Primitive> Source<'a, P> {
     }
 
     fn look_at(&self, range: Range<usize>) -> Part {
-        let mut part = Part::NONE;
-        let mut valid = BVec4A::TRUE;
-        for primitive in &self.primitives[range.clone()] {
-            let corners = primitive.corners();
-            let [min, max] = corners;
-            valid &= min.cmple(max) & min.is_finite_mask() & max.is_finite_mask();
-            let item = self.scaled(corners, 0);
-            let center = item.doubled_center();
-            part = part.union(&Part {
-                bounds: item,
-                centers: (center, center),
-                wrong: usize::MAX,
-            });
-        }
-        if valid.bitmask() & 7 != 7 {
-            let wrong = range
-                .into_iter()
-                .find(|&i| !self.primitives[i].bounds().is_valid());
-            part.wrong = wrong.unwrap_or(usize::MAX);
-        }
-        part
+        LaneChoice::best().run(Look(self, range))
     }
 
     /// Number of primitives.
@@ -153,12 +134,17 @@ impl<'a, P: Primitive> Source<'a, P> {
 
     #[inline(always)]
     fn scaled(&self, corners: [Vec4; 2], index: u32) -> BoxItem {
+        BoxItem::from_corners(self.scaled_corners(corners), index)
+    }
+
+    #[inline(always)]
+    fn scaled_corners(&self, corners: [Vec4; 2]) -> [Vec4; 2] {
         if self.factor == 1.0 {
-            return BoxItem::from_corners(corners, index);
+            return corners;
         }
         let scale = |value: f32| (f64::from(value) * self.factor) as f32;
         let scale = |corner: Vec4| Vec4::from_array(corner.to_array().map(scale));
-        BoxItem::from_corners(corners.map(scale), index)
+        corners.map(scale)
     }
 }
 
@@ -185,4 +171,41 @@ fn exponent(number: f64) -> i64 {
 /// Two to a power of which `f64` has a normal number.
 fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
+}
+
+/// What is known of the primitives in a range.
+struct Look<'a, P>(&'a Source<'a, P>, Range<usize>);
+
+impl<P: Primitive> LaneKernel for Look<'_, P> {
+    type Output = Part;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Part {
+        let Self(source, range) = self;
+        let mut valid = BVec4A::TRUE;
+        let (mut least, mut most) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+        let mut centers = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+        for primitive in &source.primitives[range.clone()] {
+            let [min, max] = primitive.corners();
+            // Of NaN this is false, and what is infinite shows in the box around all.
+            valid &= min.cmple(max);
+            let [min, max] = source.scaled_corners([min, max]);
+            (least, most) = (least.min(min), most.max(max));
+            let center = min + max;
+            centers = (centers.0.min(center), centers.1.max(center));
+        }
+        valid &= least.is_finite_mask() & most.is_finite_mask();
+        let wrong = if valid.bitmask() & 7 == 7 {
+            usize::MAX
+        } else {
+            let is_wrong = |&i: &usize| !source.primitives[i].bounds().is_valid();
+            range.into_iter().find(is_wrong).unwrap_or(usize::MAX)
+        };
+        Part {
+            bounds: BoxItem::from_corners([least, most], 0),
+            // Zeros become positive, as those of items are.
+            centers: (centers.0 + Vec4::ZERO, centers.1 + Vec4::ZERO),
+            wrong,
+        }
+    }
 }

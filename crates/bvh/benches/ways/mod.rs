@@ -8,9 +8,14 @@ pub fn asked_for() -> Vec<(String, BuildOptions)> {
     also.split(',').filter(|text| !text.is_empty()).map(way).collect()
 }
 
-/// `curve`, `subset`, `binned`, or `ploc` and a radius; and re-insertion.
+/// `curve`, `subset`, `binned`, or `ploc` and a radius; and re-insertion. With `twins-` before it,
+/// neighbours are built as one.
 fn way(text: &str) -> (String, BuildOptions) {
-    let [name, share, passes] = text.split('/').collect::<Vec<_>>()[..] else {
+    let (twins, rest) = match text.strip_prefix("twins-") {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let [name, share, passes] = rest.split('/').collect::<Vec<_>>()[..] else {
         panic!("{text}: method/share/passes");
     };
     let method = match (name.strip_prefix("ploc"), name) {
@@ -27,5 +32,10 @@ fn way(text: &str) -> (String, BuildOptions) {
         passes: passes.parse().expect("a number of passes"),
     };
     let reinsertion = (reinsertion.passes > 0).then_some(reinsertion);
-    (text.to_owned(), BuildOptions { method, reinsertion })
+    let options = BuildOptions {
+        method,
+        reinsertion,
+        twins,
+    };
+    (text.to_owned(), options)
 }

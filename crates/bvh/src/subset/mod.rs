@@ -27,7 +27,6 @@ use crate::error::BuildError;
 use crate::interior::Interior;
 use crate::item::BoxItem;
 use crate::node::Node;
-use crate::traverse::MAX_DEPTH;
 use crate::tree::children;
 use crate::{sweep, treelet};
 use insert::Clusters;
@@ -132,14 +131,14 @@ impl SubsetOptions {
     }
 }
 
-/// Whether no tree over so many primitives is deeper than [`MAX_DEPTH`](crate::MAX_DEPTH), so that
-/// its depth need not be found: from [`HALVE_FROM`] on groups are halved, those of the subset first
+/// Whether no tree over so many primitives has more levels than that, so that its depth need not be
+/// found: from [`HALVE_FROM`] on groups are halved, those of the subset first
 /// and then those of a cluster.
-pub fn is_shallow(count: usize, options: &SubsetOptions) -> bool {
+pub fn is_shallow(count: usize, levels: usize, options: &SubsetOptions) -> bool {
     let halvings = count.max(1).ilog2() + 1;
     // Trees of up to eight items are not halved.
     let most = HALVE_FROM + 2 * (halvings + treelet::MOST as u32);
-    options.interior == Interior::Binned && most <= MAX_DEPTH as u32
+    options.interior == Interior::Binned && most as usize <= levels
 }
 
 /// The weight of a primitive, by which subsets are drawn: bits of its diagonal's squared length.

@@ -50,7 +50,11 @@ pub fn builds() -> Vec<(String, BuildOptions)> {
     let method = Method::Curve;
     all.push((
         "Curve and re-insertion".to_owned(),
-        BuildOptions { method, reinsertion },
+        BuildOptions {
+            method,
+            reinsertion,
+            twins: false,
+        },
     ));
     all.extend(Preset::ALL.map(|preset| (format!("{preset:?}"), preset.options())));
     all

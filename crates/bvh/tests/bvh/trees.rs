@@ -132,6 +132,7 @@ fn options_out_of_range_are_refused() {
     let options = BuildOptions {
         method: Method::Curve,
         reinsertion,
+        twins: false,
     };
     assert!(matches!(Builder::new(options), Err(BuildError::Option(_))));
 }
