@@ -8,13 +8,13 @@
 //! `A(a ∪ b) < 0.75 (A(a) + A(b))`. As boxes of little in common never fulfil this, trees cost
 //! what they cost without.
 
-use crate::item::BoxItem;
+use crate::item::{BoxItem, half_areas};
 use crate::node::Node;
 use crate::primitive::Primitive;
 use crate::source::Source;
 use crate::tree::Bvh;
 use glam::Vec4;
-use lightshed_lanes::prefetch;
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each, for_each_chunk};
 
 /// Largest area of the box around two, as a share of the sum of theirs.
@@ -91,11 +91,9 @@ impl Twins {
             return false;
         }
         self.boxes.resize(kept, BoxItem::EMPTY);
-        let firsts = &self.firsts;
+        let (firsts, lanes) = (&self.firsts, LaneChoice::best());
         for_each_chunk(&mut self.boxes, CHUNK, |start, boxes| {
-            for (item, &word) in boxes.iter_mut().zip(&firsts[start..]) {
-                *item = both(source, word).0;
-            }
+            lanes.run(Boxes(source, &firsts[start..], boxes));
         });
         true
     }
@@ -141,9 +139,16 @@ impl Twins {
             (nodes, order) = (rest, rest_of_order);
             parts.push((from, own_nodes, own_order));
         }
-        let leaves = &joined.order;
+        let (leaves, lanes) = (&joined.order, LaneChoice::best());
         for_each(parts.into_iter(), |_, (from, nodes, order)| {
-            write(source, (from, leaves, before), nodes, order);
+            lanes.run(Write {
+                source,
+                from,
+                leaves,
+                before,
+                nodes,
+                order,
+            });
         });
     }
 }
@@ -154,83 +159,143 @@ fn size(word: u32) -> u32 {
     1 + (word >> 31)
 }
 
-/// The box of what a word stands for, and the items of it: the second of one is the first again.
+/// The primitives that a word stands for; of one it is this twice.
 #[inline(always)]
-fn both<P: Primitive>(source: &Source<P>, word: u32) -> (BoxItem, [BoxItem; 2]) {
+fn primitives(word: u32) -> [usize; 2] {
     let first = (word & !TWO) as usize;
-    let items = [source.item(first), source.item(first + (word >> 31) as usize)];
-    (items[0].union(&items[1]), items)
+    [first, first + (word >> 31) as usize]
 }
 
-/// Words for the primitives from `start` on, as many as there are `words`; returns how many words
-/// stand for them.
+/// Their items.
+#[inline(always)]
+fn both<P: Primitive>(source: &Source<P>, word: u32) -> [BoxItem; 2] {
+    primitives(word).map(|primitive| source.item(primitive))
+}
+
+/// Writes words for the primitives from `start` on, as many as there are `words`, into the first of
+/// these; returns how many words stand for them.
 fn join<P: Primitive>(source: &Source<P>, start: usize, words: &mut [u32]) -> usize {
-    let count = words.len();
-    let mut kept = 0;
-    // A primitive, and whether it may be joined with the next.
-    let mut last = source.item(start);
-    let mut last_area = last.half_area();
-    let mut is_free = false;
-    for i in 0..count {
-        let item = source.item(start + i);
-        let area = item.half_area();
-        let together = is_free && last.union(&item).half_area() < LARGEST * (last_area + area);
-        // Without a branch: what the second of two writes is written over.
-        words[kept] = (start + i) as u32;
-        if kept > 0 {
-            words[kept - 1] |= u32::from(together) << 31;
-        }
-        kept += usize::from(!together);
-        is_free = !together;
-        (last, last_area) = (item, area);
-    }
-    kept
+    LaneChoice::best().run(Join(source, start, words))
 }
 
-/// Writes the nodes and leaves that come from consecutive nodes; `leaves` are words.
-fn write<P: Primitive>(
-    source: &Source<P>,
-    (from, leaves, before): (&[Node], &[u32], &[u32]),
-    nodes: &mut [Node],
-    order: &mut [u32],
-) {
-    let base = before[from[0].first as usize];
-    let mut to = nodes.iter_mut();
-    let mut put = |node: Node| {
-        if let Some(to) = to.next() {
-            *to = node;
+struct Join<'a, P>(&'a Source<'a, P>, usize, &'a mut [u32]);
+
+impl<P: Primitive> LaneKernel for Join<'_, P> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        let Self(source, start, words) = self;
+        let count = words.len();
+        let mut kept = 0;
+        // The primitive before the next eight, its area, and whether it may be joined.
+        let mut last = source.item(start);
+        let mut last_area = 0.0;
+        let mut is_free = false;
+        for at in (0..count).step_by(LANES) {
+            let (mut own, mut together) = ([[0.0; 8]; LANES], [[0.0; 8]; LANES]);
+            for i in 0..LANES {
+                let item = source.item(start + (at + i).min(count - 1));
+                together[i] = *last.union(&item).row();
+                own[i] = *item.row();
+                last = item;
+            }
+            let areas = half_areas::<L>(&own, 0);
+            let mut before = [0.0; LANES];
+            before[0] = last_area;
+            before[1..].copy_from_slice(&areas.store()[..LANES - 1]);
+            last_area = areas.store()[LANES - 1];
+            let limits = L::splat(LARGEST) * (L::load(&before) + areas);
+            let is_small = half_areas::<L>(&together, 0).less(limits).bits();
+            for i in 0..LANES.min(count - at) {
+                let joins = is_free && is_small >> i & 1 == 1;
+                // Without a branch: what the second of two writes is written over.
+                words[kept] = (start + at + i) as u32;
+                words[kept.saturating_sub(1)] |= u32::from(joins) << 31;
+                kept += usize::from(!joins);
+                is_free = !joins;
+            }
         }
-    };
-    for node in from {
-        let (start, end) = (node.first as usize, (node.first + node.count) as usize);
-        let first = before[start];
-        if !node.is_leaf() {
-            let count = before[end] - first;
-            put(Node { first, count, ..*node });
-            continue;
+        kept
+    }
+}
+
+/// The boxes of words.
+struct Boxes<'a, P>(&'a Source<'a, P>, &'a [u32], &'a mut [BoxItem]);
+
+impl<P: Primitive> LaneKernel for Boxes<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self(source, words, boxes) = self;
+        for (item, &word) in boxes.iter_mut().zip(words) {
+            let [a, b] = both(source, word);
+            *item = a.union(&b);
         }
-        let soon = leaves[(start + AHEAD).min(leaves.len() - 1)] & !TWO;
-        prefetch(source.primitive(soon as usize));
-        let word = leaves[start];
-        let index = word & !TWO;
-        let place = (first - base) as usize;
-        if size(word) == 1 {
-            put(Node { first, ..*node });
-            order[place] = index;
-            continue;
+    }
+}
+
+/// Writes the nodes and leaves that come from consecutive nodes.
+struct Write<'a, P> {
+    source: &'a Source<'a, P>,
+    from: &'a [Node],
+    /// Words of all leaves.
+    leaves: &'a [u32],
+    /// Primitives before each.
+    before: &'a [u32],
+    nodes: &'a mut [Node],
+    order: &'a mut [u32],
+}
+
+impl<P: Primitive> LaneKernel for Write<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            source,
+            from,
+            leaves,
+            before,
+            nodes,
+            order,
+        } = self;
+        let base = before[from[0].first as usize];
+        let mut at = 0;
+        for node in from {
+            let (start, end) = (node.first as usize, (node.first + node.count) as usize);
+            let first = before[start];
+            if !node.is_leaf() {
+                let count = before[end] - first;
+                nodes[at] = Node { first, count, ..*node };
+                at += 1;
+                continue;
+            }
+            let soon = leaves[(start + AHEAD).min(leaves.len() - 1)];
+            for primitive in primitives(soon) {
+                prefetch(source.primitive(primitive));
+            }
+            let word = leaves[start];
+            let place = (first - base) as usize;
+            if size(word) == 1 {
+                nodes[at] = Node { first, ..*node };
+                order[place] = word;
+                at += 1;
+                continue;
+            }
+            let [a, b] = both(source, word);
+            // The larger one first, as re-insertion has it.
+            let is_larger = b.half_area() > a.half_area();
+            let (a, b) = if is_larger { (b, a) } else { (a, b) };
+            let above = Node {
+                first,
+                count: 2,
+                ..*node
+            };
+            nodes[at..at + 3].copy_from_slice(&[above, a.node(first, 1), b.node(first + 1, 1)]);
+            order[place..place + 2].copy_from_slice(&[a.index(), b.index()]);
+            at += 3;
         }
-        let (_, [a, b]) = both(source, word);
-        put(Node {
-            first,
-            count: 2,
-            ..*node
-        });
-        // The larger one first, as re-insertion has it.
-        let swapped = b.half_area() > a.half_area();
-        let (a, b) = if swapped { (b, a) } else { (a, b) };
-        put(a.node(first, 1));
-        put(b.node(first + 1, 1));
-        order[place] = a.index();
-        order[place + 1] = b.index();
     }
 }
