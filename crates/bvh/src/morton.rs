@@ -164,7 +164,7 @@ impl<P: Primitive> LaneKernel for Encode<'_, P> {
             let first = self.start + block * BLOCK;
             let mut cells = [[0; BLOCK]; 3];
             for i in 0..words.len() {
-                let cell = (self.source.item(first + i).doubled_center() - self.min) * self.scale;
+                let cell = (self.source.doubled_center(first + i) - self.min) * self.scale;
                 let cell = (cell + ROUND).to_array().map(f32::to_bits);
                 for axis in 0..3 {
                     cells[axis][i % BLOCK] = cell[axis] & 0x1f_ffff;

@@ -122,6 +122,13 @@ impl<'a, P: Primitive> Source<'a, P> {
         self.scaled(self.primitives[index].corners(), index as u32)
     }
 
+    /// The sum of the corners of the item of this index.
+    #[inline(always)]
+    pub fn doubled_center(&self, index: usize) -> Vec4 {
+        let [min, max] = self.scaled_corners(self.primitives[index].corners());
+        min + max
+    }
+
     /// All items, in the order of the primitives.
     pub fn collect(&self, items: &mut Vec<BoxItem>) {
         items.resize(self.len(), BoxItem::EMPTY);

@@ -268,7 +268,11 @@ impl<P: Primitive> LaneKernel for Write<'_, P> {
             let first = before[start];
             if !node.is_leaf() {
                 let count = before[end] - first;
-                nodes[at] = Node { first, count, ..*node };
+                nodes[at] = Node {
+                    first,
+                    count,
+                    ..*node
+                };
                 at += 1;
                 continue;
             }
@@ -296,6 +300,132 @@ impl<P: Primitive> LaneKernel for Write<'_, P> {
             nodes[at..at + 3].copy_from_slice(&[above, a.node(first, 1), b.node(first + 1, 1)]);
             order[place..place + 2].copy_from_slice(&[a.index(), b.index()]);
             at += 3;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Method;
+    use glam::Vec3;
+    use lightshed_sampling::CounterRng;
+    use lightshed_spatial::Bounds;
+    use lightshed_testkit::check_faults;
+
+    /// Boxes of which up to `group` after each other are nearly the same; some are points.
+    fn boxes(count: u32, group: u32) -> Vec<Bounds> {
+        (0..count)
+            .map(|index| {
+                let mut rng = CounterRng::new(3, index / group, group);
+                let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                let size = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 0.1;
+                let longer = 1.0 + 0.2 * (index % group) as f32;
+                let is_point = rng.next_u32().is_multiple_of(7);
+                Bounds::new(at, at + if is_point { Vec3::ZERO } else { size * longer })
+            })
+            .collect()
+    }
+
+    /// What stands for what by the definition, a chunk at a time.
+    fn words_of(items: &[BoxItem], share: f32) -> Vec<u32> {
+        let mut words: Vec<u32> = Vec::new();
+        for (chunk, items) in items.chunks(CHUNK).enumerate() {
+            let mut i = 0;
+            while i < items.len() {
+                let word = (chunk * CHUNK + i) as u32;
+                let is_small = items.get(i + 1).is_some_and(|next| {
+                    let limit = share * (items[i].half_area() + next.half_area());
+                    items[i].union(next).half_area() < limit
+                });
+                words.push(if is_small { word | TWO } else { word });
+                i += 1 + usize::from(is_small);
+            }
+        }
+        words
+    }
+
+    /// Neighbours are joined as the definition says, whatever the lanes, and boxes are those of
+    /// both. Another share is noticed.
+    #[test]
+    fn neighbours_are_joined() {
+        for count in [64, 65, 71, 1000, 2 * CHUNK as u32 + 3] {
+            for group in [2, 3, 5] {
+                let boxes = boxes(count, group);
+                let source = Source::new(&boxes).unwrap();
+                let items: Vec<BoxItem> = (0..boxes.len()).map(|i| source.item(i)).collect();
+                let mut twins = Twins::default();
+                assert!(twins.find(&source), "{count} {group}");
+                check_faults(&[()], |fault| {
+                    let expected = words_of(&items, fault.map_or(LARGEST, |()| 0.5));
+                    if twins.firsts != expected {
+                        return Err(format!("{count} in groups of {group}"));
+                    }
+                    Ok(())
+                })
+                .unwrap();
+                for lanes in [LaneChoice::best(), LaneChoice::ARRAY] {
+                    let mut words = vec![7; CHUNK.min(boxes.len())];
+                    let kept = lanes.run(Join(&source, 0, &mut words));
+                    assert_eq!(words[..kept], words_of(&items[..words.len()], LARGEST));
+                }
+                for (item, &word) in twins.boxes.iter().zip(&twins.firsts) {
+                    let [a, b] = primitives(word).map(|i| boxes[i]);
+                    assert_eq!(Primitive::bounds(item), a.union(&b));
+                }
+            }
+        }
+        // Nothing in common, too few, or too large for areas.
+        let apart = boxes(1000, 1);
+        assert!(!Twins::default().find(&Source::new(&apart).unwrap()));
+        let few = boxes(FEWEST as u32 - 1, 2);
+        assert!(!Twins::default().find(&Source::new(&few).unwrap()));
+        let huge: Vec<Bounds> = boxes(1000, 2)
+            .iter()
+            .map(|b| Bounds::new(b.min * 1e30, b.max * 1e30))
+            .collect();
+        assert!(!Twins::default().find(&Source::new(&huge).unwrap()));
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// One that was two is one.
+        Lost,
+        /// A box is not that of its primitive.
+        Box,
+    }
+
+    /// Trees come out whole, with exact boxes, in memory that held others; what is lost is noticed.
+    #[test]
+    fn trees_are_taken_apart() {
+        let other = Bvh::build(&boxes(3000, 1), Method::Curve).unwrap();
+        for count in [64, 3 * NODES as u32, 1001] {
+            for (group, method) in [(2, Method::Binned), (3, Method::Curve), (5, Method::Binned)] {
+                let boxes = boxes(count, group);
+                let source = Source::new(&boxes).unwrap();
+                let mut twins = Twins::default();
+                assert!(twins.find(&source));
+                check_faults(&[Fault::Lost, Fault::Box], |fault| {
+                    let mut joined = Bvh::build(twins.boxes(), method).unwrap();
+                    let (mut twins, mut tree) = (twins.clone(), other.clone());
+                    if let Some(Fault::Lost) = fault {
+                        let two = twins.firsts.iter().position(|&word| size(word) == 2);
+                        twins.firsts[two.unwrap()] &= !TWO;
+                    }
+                    twins.expand(&source, &mut joined, &mut tree);
+                    if let Some(Fault::Box) = fault {
+                        tree.nodes[1].min.x -= 1.0;
+                    }
+                    tree.check(&boxes).map_err(|fault| fault.to_string())?;
+                    let mut fitted = tree.clone();
+                    fitted.refit(&boxes).map_err(|error| error.to_string())?;
+                    if fitted != tree {
+                        return Err("a box is not exact".to_owned());
+                    }
+                    Ok(())
+                })
+                .unwrap();
+            }
         }
     }
 }

@@ -85,10 +85,12 @@ pub enum Layout {
     AllNumbers,
     /// Far from the origin.
     Far,
+    /// Two or three after each other share most of their boxes, but for some that stand alone.
+    Twins,
 }
 
 /// All kinds.
-pub const LAYOUTS: [Layout; 11] = [
+pub const LAYOUTS: [Layout; 12] = [
     Layout::Uniform,
     Layout::Equal,
     Layout::Line,
@@ -100,6 +102,7 @@ pub const LAYOUTS: [Layout; 11] = [
     Layout::Huge,
     Layout::AllNumbers,
     Layout::Far,
+    Layout::Twins,
 ];
 
 /// So many boxes.
@@ -136,6 +139,17 @@ pub fn boxes(layout: Layout, count: u32, seed: u64) -> Vec<Bounds> {
                     Bounds::new(a.min(b), a.max(b))
                 }
                 Layout::Far => Bounds::new(usual.min + 1e6, usual.max + 1e6),
+                Layout::Twins => {
+                    let group = if index % 17 == 0 {
+                        index
+                    } else {
+                        index / 5 * 2 + index % 5 / 3
+                    };
+                    let mut rng = CounterRng::new(seed, group, 100 + u32::from(index % 17 == 0));
+                    let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 2.0 - 1.0;
+                    let size = Vec3::new(rng.next_f32(), rng.next_f32(), 0.1) * 0.02;
+                    Bounds::new(at, at + size * (0.9 + 0.1 * size.x.fract()))
+                }
             }
         })
         .collect()

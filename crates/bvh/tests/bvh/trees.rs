@@ -44,9 +44,12 @@ fn faults_of_trees_are_noticed() {
 /// The same tree on 1, 2 and 7 threads, and in memory that has held another.
 #[test]
 fn trees_do_not_depend_on_threads() {
-    let triangles = triangles(40_000, 0.01, 3);
+    let inputs = [Layout::Uniform, Layout::Twins].map(|layout| boxes(layout, 40_000, 3));
     let others = boxes(Layout::Large, 50_000, 3);
-    for (name, options) in builds() {
+    for ((name, options), boxes) in builds()
+        .into_iter()
+        .flat_map(|build| inputs.iter().map(move |boxes| (build.clone(), boxes)))
+    {
         // On one thread by its nature.
         if options.method == Method::Agglomerative || name.contains("interior: Agglomerative") {
             continue;
@@ -56,13 +59,13 @@ fn trees_do_not_depend_on_threads() {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| Bvh::build(&triangles, options).unwrap())
+            pool.install(|| Bvh::build(boxes, options).unwrap())
         };
         let one = on(1);
         assert!(one == on(2) && one == on(7), "{name}");
         let (mut builder, mut tree) = (Builder::new(options).unwrap(), Bvh::default());
         builder.rebuild(&others, &mut tree).unwrap();
-        builder.rebuild(&triangles, &mut tree).unwrap();
+        builder.rebuild(boxes, &mut tree).unwrap();
         assert!(one == tree, "{name} again");
     }
 }
@@ -260,5 +263,27 @@ fn better_presets_have_better_trees() {
         }
         let binned = cost(Method::Binned.into());
         assert!(costs[3] <= gain * binned, "{layout:?}: {} of {binned}", costs[3]);
+    }
+}
+
+/// Where neighbours share most of their boxes, trees cost as much whether these are built as one or
+/// not; where they share nothing, trees are the same.
+#[test]
+fn twins_cost_nothing() {
+    for (name, with) in builds() {
+        if !with.twins {
+            continue;
+        }
+        let without = BuildOptions { twins: false, ..with };
+        let both = |layout| {
+            let boxes = boxes(layout, 20_000, 7);
+            [with, without].map(|options| Bvh::build(&boxes, options).unwrap())
+        };
+        let [a, b] = both(Layout::Uniform);
+        assert!(a == b, "{name}");
+        let [a, b] = both(Layout::Twins);
+        assert!(a != b, "{name}");
+        let (cost, of_each) = (a.sah_cost(1.0, 1.0), b.sah_cost(1.0, 1.0));
+        assert!(cost < 1.01 * of_each, "{name}: {cost} and {of_each}");
     }
 }
