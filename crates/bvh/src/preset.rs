@@ -48,7 +48,8 @@ impl Preset {
         BuildOptions {
             method,
             reinsertion: reinsertion.map(|(share, passes)| Reinsertion { share, passes }),
-            twins: true,
+            // A build along the curve is done before it would pay off.
+            twins: self != Self::Fastest,
         }
     }
 

@@ -140,15 +140,14 @@ pub fn boxes(layout: Layout, count: u32, seed: u64) -> Vec<Bounds> {
                 }
                 Layout::Far => Bounds::new(usual.min + 1e6, usual.max + 1e6),
                 Layout::Twins => {
-                    let group = if index % 17 == 0 {
-                        index
-                    } else {
-                        index / 5 * 2 + index % 5 / 3
-                    };
-                    let mut rng = CounterRng::new(seed, group, 100 + u32::from(index % 17 == 0));
+                    // Groups of three and of two in turn.
+                    let group = index / 5 * 2 + index % 5 / 3;
+                    let is_alone = index % 17 == 0;
+                    let number = if is_alone { index } else { group };
+                    let mut rng = CounterRng::new(seed, number, 100 + u32::from(is_alone));
                     let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 2.0 - 1.0;
                     let size = Vec3::new(rng.next_f32(), rng.next_f32(), 0.1) * 0.02;
-                    Bounds::new(at, at + size * (0.9 + 0.1 * size.x.fract()))
+                    Bounds::new(at, at + size * (1.0 + 0.05 * (index % 3) as f32))
                 }
             }
         })

