@@ -48,8 +48,7 @@ impl Preset {
         BuildOptions {
             method,
             reinsertion: reinsertion.map(|(share, passes)| Reinsertion { share, passes }),
-            // A build along the curve is done before it would pay off.
-            twins: self != Self::Fastest,
+            twins: false,
         }
     }
 

@@ -56,7 +56,15 @@ pub fn builds() -> Vec<(String, BuildOptions)> {
             twins: false,
         },
     ));
-    all.extend(Preset::ALL.map(|preset| (format!("{preset:?}"), preset.options())));
+    for preset in Preset::ALL {
+        let options = preset.options();
+        let twins = BuildOptions {
+            twins: true,
+            ..options
+        };
+        all.push((format!("{preset:?}"), options));
+        all.push((format!("{preset:?}, twins"), twins));
+    }
     all
 }
 
