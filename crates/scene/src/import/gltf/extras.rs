@@ -26,8 +26,8 @@ pub(super) struct Coat {
     pub texture: Option<TextureInfo>,
     pub roughness: f32,
     pub roughness_texture: Option<TextureInfo>,
-    /// Whether it has a normal map of its own.
-    pub has_normals: bool,
+    /// Texture of its own normals.
+    pub normals: Option<usize>,
 }
 
 /// `KHR_materials_sheen`.
@@ -158,7 +158,7 @@ impl Coat {
             texture: TextureInfo::of(value, "clearcoatTexture"),
             roughness: number(value, "clearcoatRoughnessFactor", 0.0).clamp(0.0, 1.0),
             roughness_texture: TextureInfo::of(value, "clearcoatRoughnessTexture"),
-            has_normals: value.get("clearcoatNormalTexture").is_some(),
+            normals: TextureInfo::of(value, "clearcoatNormalTexture").map(|info| info.index),
         }
     }
 }

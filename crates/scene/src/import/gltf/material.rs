@@ -117,7 +117,8 @@ impl Importer<'_> {
                 ior,
             },
         };
-        if let Some(layers) = self.layers(&extras, &element)? {
+        let normals = source.normal_texture().map(|normals| normals.texture().index());
+        if let Some(layers) = self.layers(&extras, normals, &element)? {
             if transmits {
                 self.warn(&element, "coats and sheens of what transmits light are left out");
             } else {
@@ -166,8 +167,13 @@ impl Importer<'_> {
         Ok(known)
     }
 
-    /// Its coat and its sheen, if it has either.
-    fn layers(&mut self, extras: &MaterialExtras, element: &str) -> Result<Option<Layers>, ImportError> {
+    /// Its coat and its sheen, if it has either. `normals` is the texture of the normals below.
+    fn layers(
+        &mut self,
+        extras: &MaterialExtras,
+        normals: Option<usize>,
+        element: &str,
+    ) -> Result<Option<Layers>, ImportError> {
         let coat = extras.coat.clone().filter(|coat| coat.factor > 0.0);
         let sheen = extras.sheen.clone().filter(|sheen| sheen.color != [0.0; 3]);
         if coat.is_none() && sheen.is_none() {
@@ -188,7 +194,8 @@ impl Importer<'_> {
                 (linear, Channel::Green),
                 element,
             )?;
-            if coat.has_normals {
+            // Without a map the coat is even, whatever lies below it.
+            if coat.normals != normals {
                 self.warn(element, "a clear coat has the normals of what lies below it");
             }
         }

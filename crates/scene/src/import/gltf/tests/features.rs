@@ -303,6 +303,27 @@ fn coats_and_sheens_are_layers() {
     );
 }
 
+/// A coat follows the normals of its base, which is a deviation unless both have the same map.
+#[test]
+fn coats_with_other_normals_are_named() {
+    let warns = |coat: &str, base: &str| {
+        let more = format!(
+            r#","extensionsUsed":["KHR_materials_clearcoat"],"materials":[{{"extensions":{{
+            "KHR_materials_clearcoat":{{"clearcoatFactor":1{coat}}}}}{base}}}]"#
+        );
+        let texture = image(&pixel([128, 128, 255, 255]));
+        let loaded = read(&with("", &format!("{texture}{more}")));
+        let named = |warning: &crate::import::Warning| warning.message.contains("clear coat");
+        loaded.warnings.iter().any(named)
+    };
+    let (coat, base) = (
+        r#","clearcoatNormalTexture":{"index":0}"#,
+        r#","normalTexture":{"index":0}"#,
+    );
+    assert!(!warns("", "") && !warns(coat, base));
+    assert!(warns(coat, "") && warns("", base));
+}
+
 /// What transmits all light and has a thickness refracts; a quarter is left behind both boundaries.
 #[test]
 fn thick_glass_refracts() {
