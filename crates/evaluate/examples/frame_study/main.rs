@@ -119,6 +119,24 @@ struct Study<'a> {
     views: Vec<(Vec<PixelGuide>, Vec<Rgb>)>,
 }
 
+/// Renders the mean of `count` images, and counts their rays.
+fn mean_of(
+    count: u32,
+    image: &mut [Rgb],
+    mut render: impl FnMut(u32, &mut [Rgb]) -> Option<RayCounts>,
+) -> Option<RayCounts> {
+    let share = 1.0 / count as f32;
+    let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
+    for own in 0..count {
+        counts += render(own, image)?;
+        sum.iter_mut()
+            .zip(&*image)
+            .for_each(|(sum, value)| *sum += *value * share);
+    }
+    image.copy_from_slice(&sum);
+    Some(counts)
+}
+
 /// Several chains with independent random numbers, and their mean.
 struct Mean<'a>(Vec<Box<dyn FrameMethod + 'a>>);
 
@@ -134,16 +152,10 @@ impl FrameMethod for Mean<'_> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let share = 1.0 / self.0.len() as f32;
-        let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
-        for (chain, own) in self.0.iter_mut().zip(0u64..) {
-            counts += chain.render_frame(frame, seed ^ own << 32, image, cancel)?;
-            sum.iter_mut()
-                .zip(&*image)
-                .for_each(|(sum, value)| *sum += *value * share);
-        }
-        image.copy_from_slice(&sum);
-        Some(counts)
+        mean_of(self.0.len() as u32, image, |own, image| {
+            let seed = seed ^ u64::from(own) << 32;
+            self.0[own as usize].render_frame(frame, seed, image, cancel)
+        })
     }
 
     fn is_still(&self) -> bool {
@@ -166,16 +178,9 @@ impl FrameMethod for Several<'_> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let share = 1.0 / self.1 as f32;
-        let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
-        for own in 0..self.1 {
-            counts += self.0.render_frame(frame * self.1 + own, seed, image, cancel)?;
-            sum.iter_mut()
-                .zip(&*image)
-                .for_each(|(sum, value)| *sum += *value * share);
-        }
-        image.copy_from_slice(&sum);
-        Some(counts)
+        mean_of(self.1, image, |own, image| {
+            self.0.render_frame(frame * self.1 + own, seed, image, cancel)
+        })
     }
 
     fn is_still(&self) -> bool {

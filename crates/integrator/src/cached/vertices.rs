@@ -70,23 +70,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a
         guide: H,
         observer: P,
     ) -> SceneVertices<'a, S, H, P> {
-        let Transport {
-            scene,
-            sampler,
-            max_depth,
-            roulette_depth,
-            lanes,
-            guide: _,
-        } = self.transport;
         SceneVertices {
-            transport: Transport {
-                scene,
-                sampler,
-                guide,
-                max_depth,
-                roulette_depth,
-                lanes,
-            },
+            transport: self.transport.with_guide(guide),
             observer,
             eye: self.eye,
             jitter: self.jitter,

@@ -147,24 +147,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
     /// With a guide for directions.
     #[must_use]
     pub fn with_guide<H: DirectionGuide>(self, guide: H) -> PathTracer<'a, S, H, O, E> {
-        let Transport {
-            scene,
-            sampler,
-            max_depth,
-            roulette_depth,
-            lanes,
-            guide: _,
-        } = self.transport;
-        let transport = Transport {
-            scene,
-            sampler,
-            guide,
-            max_depth,
-            roulette_depth,
-            lanes,
-        };
         PathTracer {
-            transport,
+            transport: self.transport.with_guide(guide),
             observer: self.observer,
             ending: self.ending,
             points: self.points,

@@ -32,6 +32,28 @@ pub(crate) struct Transport<'a, S, G = NoGuide> {
     pub lanes: LaneChoice,
 }
 
+impl<'a, S, G> Transport<'a, S, G> {
+    /// With another guide for directions.
+    pub fn with_guide<H>(self, guide: H) -> Transport<'a, S, H> {
+        let Self {
+            scene,
+            sampler,
+            guide: _,
+            max_depth,
+            roulette_depth,
+            lanes,
+        } = self;
+        Transport {
+            scene,
+            sampler,
+            guide,
+            max_depth,
+            roulette_depth,
+            lanes,
+        }
+    }
+}
+
 /// An active path, without its ray and its random numbers. `K` is the data of a vertex that the
 /// selection of emitters uses.
 #[derive(Clone)]

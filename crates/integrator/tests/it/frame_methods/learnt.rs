@@ -14,12 +14,8 @@ use lightshed_integrator::{
 use lightshed_scene::import::load;
 use lightshed_scene::{Scene, SceneDescription, builtin};
 
-/// Images of 16 samples a pixel that make the truth, and independent chains of each method.
-#[derive(Clone, Copy)]
-struct Effort {
-    images: u32,
-    chains: u64,
-}
+/// Independent chains of each method.
+const CHAINS: u64 = 100;
 
 /// Frames of a chain: the guide has learnt after 1, 2 and 4 of them.
 const FRAMES: u32 = 8;
@@ -47,14 +43,13 @@ fn judge(scene: &str, method: &str, agreement: &Agreement) -> Result<(), String>
 }
 
 /// Path tracing with every guide and with a light cache, alone and together; direct light with a
-/// light cache, alone and reused.
-fn agrees(name: &str, scene: &Scene, effort: Effort) {
-    let Effort { images, chains } = effort;
+/// light cache, alone and reused. The truth is made of so many images of 16 samples a pixel.
+fn agrees(name: &str, scene: &Scene, images: u32) {
     let by_power = scene.emitters_by_power();
     let truth = Ensemble::of_estimator(&PathTracer::new(scene, by_power), size(scene), 16, images);
     for kind in GuideKind::ALL {
         let guide = format!("path --guide {}", kind.name());
-        let frames = Ensemble::of_uncounted_chains(|| guided(scene, by_power, kind), 0..FRAMES, chains, 1);
+        let frames = Ensemble::of_uncounted_chains(|| guided(scene, by_power, kind), 0..FRAMES, CHAINS, 1);
         judge(name, &guide, &frames.compare(&truth)).unwrap();
     }
     // Caches are trained once: their samples are independent from then on.
@@ -63,7 +58,7 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     let paths = Ensemble::of_seeded_estimator(&tracer, size(scene), 16, images, 2);
     judge(name, "path --lights vlc", &paths.compare(&truth)).unwrap();
     let both = || guided(scene, &cache, GuideKind::Quadtree);
-    let frames = Ensemble::of_uncounted_chains(both, 0..FRAMES, chains, 1);
+    let frames = Ensemble::of_uncounted_chains(both, 0..FRAMES, CHAINS, 1);
     judge(name, "path --guide cdq --lights vlc", &frames.compare(&truth)).unwrap();
 
     let options = DirectLightOptions::samples(1, 1);
@@ -73,7 +68,7 @@ fn agrees(name: &str, scene: &Scene, effort: Effort) {
     let cached = Ensemble::of_seeded_estimator(&direct(&cache), size(scene), 16, images, 2);
     judge(name, "direct --lights vlc", &cached.compare(&truth)).unwrap();
     let reused = || RestirDi::new(scene, &cache, RestirDiSettings::UNBIASED).unwrap();
-    let frames = Ensemble::of_chains(reused, 0..4, chains, 1);
+    let frames = Ensemble::of_chains(reused, 0..4, CHAINS, 1);
     judge(name, "restir-di --lights vlc", &frames.compare(&truth)).unwrap();
 }
 
@@ -95,76 +90,48 @@ fn shallow(mut description: SceneDescription, side: u32) -> SceneDescription {
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_in_a_glossy_box() {
-    let effort = Effort {
-        images: 200,
-        chains: 100,
-    };
     let description = cornell_without_light(shallow(builtin::cornell_glossy(), 32), 32);
-    agrees("cornell-glossy", &Scene::new(&description).unwrap(), effort);
+    agrees("cornell-glossy", &Scene::new(&description).unwrap(), 200);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_in_the_lighthouse() {
-    let effort = Effort {
-        images: 1200,
-        chains: 100,
-    };
-    agrees("lighthouse", &small(builtin::lighthouse(), 32), effort);
+    agrees("lighthouse", &small(builtin::lighthouse(), 32), 1200);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_behind_a_doorway() {
-    let effort = Effort {
-        images: 300,
-        chains: 100,
-    };
     let scene = Scene::new(&shallow(builtin::doorway(), 32)).unwrap();
-    agrees("doorway", &scene, effort);
+    agrees("doorway", &scene, 300);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_under_every_emitter() {
-    let effort = Effort {
-        images: 200,
-        chains: 100,
-    };
-    agrees("every emitter", &every_emitter(32, 4), effort);
+    agrees("every emitter", &every_emitter(32, 4), 200);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_in_the_warehouse() {
-    let effort = Effort {
-        images: 1200,
-        chains: 100,
-    };
     let scene = Scene::new(&shallow(builtin::warehouse(), 32)).unwrap();
-    agrees("warehouse", &scene, effort);
+    agrees("warehouse", &scene, 1200);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_behind_a_door_ajar() {
-    let effort = Effort {
-        images: 400,
-        chains: 100,
-    };
     if let Some(scene) = published("veach_ajar", 32) {
-        agrees("veach_ajar", &scene, effort);
+        agrees("veach_ajar", &scene, 400);
     }
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_in_the_atrium() {
-    let effort = Effort {
-        images: 200,
-        chains: 100,
-    };
     if let Some(scene) = published("sponza_crytek", 32) {
-        agrees("sponza_crytek", &scene, effort);
+        agrees("sponza_crytek", &scene, 200);
     }
 }
