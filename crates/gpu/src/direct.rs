@@ -23,7 +23,6 @@ use lightshed_integrator::guiding::FlatLightCache;
 pub struct GpuDirectLight<'a> {
     samples: SampleKernel<'a>,
     emitters: EmitterTree,
-    cache: LightCacheMemory,
     asked: Direct,
 }
 
@@ -135,18 +134,12 @@ impl<'a> GpuDirectLight<'a> {
                 gpu.bind(&[&tree, &memory.octrees(), &memory.bindings()]),
             )?,
             emitters,
-            cache: memory,
         })
     }
 
     /// Bytes on the device, without those of the scene, the tree and the cache.
     pub fn bytes(&self) -> u64 {
         self.samples.bytes()
-    }
-
-    /// Bytes of the light cache on the device.
-    pub fn cache_bytes(&self) -> u64 {
-        self.cache.bytes()
     }
 
     /// The tree; of one light if a cache selects.
@@ -257,6 +250,20 @@ mod tests {
         (likeness.share(), likeness.differences)
     }
 
+    /// The share of samples that equal the host's, which is at least `least`; the others differ by
+    /// nothing in the mean.
+    fn agrees(gpu: &Gpu, name: &str, least: f64, (alike, differences): (f64, MeanTest)) -> f64 {
+        println!(
+            "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
+            differences.mean(),
+            differences.standard_error()
+        );
+        let expected = if gpu.is_exact() { least } else { 0.9 * least };
+        assert!(alike >= expected, "{name}");
+        assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
+        alike
+    }
+
     /// With the host's numbers come the host's values, and where triangles are near, their
     /// expectation (a z-test at 1e-4 on the mean of the differences).
     #[test]
@@ -282,15 +289,12 @@ mod tests {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
             let tree = LightSelection::new(&scene, LightChoosing::Tree).expect("there are lights");
-            let (alike, differences) = like_the_host(gpu, &scene, &tree, samples, DIRECT);
-            println!(
-                "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
-                differences.mean(),
-                differences.standard_error()
+            let alike = agrees(
+                gpu,
+                name,
+                least,
+                like_the_host(gpu, &scene, &tree, samples, DIRECT),
             );
-            let expected = if gpu.is_exact() { least } else { 0.9 * least };
-            assert!(alike >= expected, "{name}");
-            assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
             let faults = match name {
                 "cornell-glossy" => &faults[..2],
                 "points" => &faults[2..],
@@ -333,15 +337,9 @@ mod tests {
             let trained = LightSelection::trained(&larger, LightChoosing::Vlc).expect("there are lights");
             let flat = trained.flat_cache().expect("it is a cache or a part of one");
             let has_lists = flat.list_root != FlatLightCache::NONE;
-            let (alike, differences) = like_the_host(gpu, &scene, &trained, samples, DIRECT);
-            println!(
-                "{name}, lists: {has_lists}: {alike:.4} alike, differences {:.2e} ({:.2e})",
-                differences.mean(),
-                differences.standard_error()
-            );
-            let expected = if gpu.is_exact() { least } else { 0.9 * least };
-            assert!(alike >= expected, "{name}");
-            assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
+            println!("{name}, lists: {has_lists}");
+            let found = like_the_host(gpu, &scene, &trained, samples, DIRECT);
+            let alike = agrees(gpu, name, least, found);
             if name != "warehouse" {
                 continue;
             }

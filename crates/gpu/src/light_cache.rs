@@ -101,20 +101,6 @@ impl LightCacheMemory {
         })
     }
 
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        let Self {
-            parts,
-            words,
-            rows,
-            nodes,
-            tree_rows,
-            unused,
-        } = self;
-        let all = [parts, words, rows, nodes, tree_rows, unused];
-        all.map(Buffer::bytes).iter().sum()
-    }
-
     pub fn bindings(&self) -> LightCacheBindings<'_> {
         LightCacheBindings {
             light_cache_parts: &self.parts,
