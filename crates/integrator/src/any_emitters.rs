@@ -9,19 +9,19 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
     EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
 };
+use std::sync::Arc;
 
 /// The emitter sampler that options ask for, known when the program runs; each function is that of
 /// the sampler, bit for bit.
 ///
-/// For methods in which choosing emitters is a small part of the work: the table of methods
-/// compiles them once. Paths and their reuse are compiled for each sampler instead: guided paths
-/// took 8 % longer with this one.
-#[derive(Clone, Copy)]
-pub(crate) enum AnyEmitters<'a> {
+/// A method with this sampler is compiled once. The table of methods compiles only the path tracers
+/// and their reuse among pixels for each sampler.
+#[derive(Clone)]
+pub enum AnyEmitters<'a> {
     /// By power, whatever the point.
     Power(EmittersByPower<'a>),
     /// For the point that is lit.
-    Selection(&'a LightSelection<'a>),
+    Selection(Arc<LightSelection<'a>>),
 }
 
 /// Each arm is compiled for its sampler, with its site.
@@ -32,8 +32,8 @@ macro_rules! with_emitters {
                 let $at = &();
                 $do
             }
-            AnyEmitters::Selection($found) => {
-                let $at = $site;
+            AnyEmitters::Selection(selection) => {
+                let ($found, $at) = (&**selection, $site);
                 $do
             }
         }
@@ -44,10 +44,18 @@ impl EmitterSampler for AnyEmitters<'_> {
     type Site = ShadingPoint;
 
     #[inline]
+    fn uses_site(&self) -> bool {
+        match self {
+            Self::Power(_) => false,
+            Self::Selection(selection) => selection.uses_site(),
+        }
+    }
+
+    #[inline]
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
         match self {
             Self::Power(_) => ShadingPoint::default(),
-            Self::Selection(selection) => EmitterSampler::site(*selection, at),
+            Self::Selection(selection) => selection.site(at),
         }
     }
 
@@ -143,9 +151,7 @@ impl EmitterSampler for AnyEmitters<'_> {
             Self::Power(emitters) => {
                 EmitterSampler::sample_lanes(emitters, from, &[(); LANES], u_select, u, wanted)
             }
-            Self::Selection(emitters) => {
-                EmitterSampler::sample_lanes(*emitters, from, sites, u_select, u, wanted)
-            }
+            Self::Selection(emitters) => emitters.sample_lanes(from, sites, u_select, u, wanted),
         }
     }
 }
@@ -177,10 +183,10 @@ mod tests {
     fn each_way_to_choose_gives_its_own_bits() {
         let scene = Scene::new(&builtin::many_lights()).unwrap();
         let power = scene.emitters_by_power();
-        let tree = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
-        let (by_power, by_tree) = (samples(&scene, power), samples(&scene, &tree));
+        let tree = Arc::new(LightSelection::new(&scene, LightChoosing::Bvh).unwrap());
+        let (by_power, by_tree) = (samples(&scene, power), samples(&scene, &*tree));
         assert_ne!(by_power, by_tree);
         assert_eq!(samples(&scene, AnyEmitters::Power(power)), by_power);
-        assert_eq!(samples(&scene, AnyEmitters::Selection(&tree)), by_tree);
+        assert_eq!(samples(&scene, AnyEmitters::Selection(tree)), by_tree);
     }
 }

@@ -26,6 +26,13 @@ pub trait EmitterSampler: Sync {
     /// reflectance.
     type Site: Copy + Default + Send + Sync;
 
+    /// Whether the selection reads the data of points. If not, callers may hand over default values
+    /// and need not store any.
+    #[inline(always)]
+    fn uses_site(&self) -> bool {
+        size_of::<Self::Site>() > 0
+    }
+
     /// The data of a point that the selection uses. `at` computes it on request.
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> Self::Site;
 
@@ -224,6 +231,11 @@ impl EmitterSampler for EmittersByPower<'_> {
 /// Samplers may be shared.
 impl<S: EmitterSampler> EmitterSampler for &S {
     type Site = S::Site;
+
+    #[inline(always)]
+    fn uses_site(&self) -> bool {
+        S::uses_site(self)
+    }
 
     #[inline(always)]
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> S::Site {

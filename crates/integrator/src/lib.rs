@@ -44,6 +44,7 @@ mod visible_emission;
 mod volume;
 mod vpl;
 
+pub use any_emitters::AnyEmitters;
 pub use auto::{Auto, AutoFrames, AutoTask, Choice, LeftOut, MethodRequest, PilotRun, Trial};
 pub use cached::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsError, CachedPathsOptions, MAX_CACHE_PASSES,

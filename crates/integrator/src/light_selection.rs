@@ -348,12 +348,17 @@ impl<'a> LightSelection<'a> {
 impl EmitterSampler for LightSelection<'_> {
     type Site = ShadingPoint;
 
-    /// Its position alone if the selection needs no more.
+    #[inline(always)]
+    fn uses_site(&self) -> bool {
+        !matches!(self.sampler, None | Some(Sampler::Uniform(_) | Sampler::Power(_)))
+    }
+
+    /// The default if the selection does not use it.
     #[inline(always)]
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
-        match self.sampler {
-            None | Some(Sampler::Uniform(_) | Sampler::Power(_)) => ShadingPoint::default(),
-            _ => at(),
+        match self.uses_site() {
+            true => at(),
+            false => ShadingPoint::default(),
         }
     }
 

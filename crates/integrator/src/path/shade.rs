@@ -84,11 +84,6 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
         missed &= wanted;
         let scene = self.transport.scene;
-        // On arrays one vertex after another gives the same bits by a tenth of the code.
-        let point = match L::IN_REGISTERS {
-            true => Some(scene.diffuse_lanes::<L>(self.hits, place, wanted & !missed)),
-            false => None,
-        };
         let [name, further] = &self.paths.name;
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
         let block = VertexLanes::<L>::first_block(self.depth);
@@ -96,20 +91,21 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.purpose.words::<L>(names, block),
             self.purpose.words::<L>(names, block + 1),
         ]);
-        let mut met = point.as_ref().map_or(0, |point| point.emitting);
-        if scene.emitters().environment().is_some() {
-            met |= missed;
-        }
-        while met != 0 {
-            self.arrive(place + met.trailing_zeros() as usize);
-            met &= met - 1;
-        }
         let mut others = wanted & !missed;
-        if let Some(point) = point
-            && point.diffuse != 0
-        {
-            self.diffuse(place, &point, &numbers);
-            others &= !point.diffuse;
+        let environment = match scene.emitters().environment() {
+            Some(_) => missed,
+            None => 0,
+        };
+        // On arrays one vertex after another gives the same bits by a tenth of the code.
+        if L::IN_REGISTERS {
+            let point = scene.diffuse_lanes::<L>(self.hits, place, others);
+            self.arrive_all(place, point.emitting | environment);
+            if point.diffuse != 0 {
+                self.diffuse(place, &point, &numbers);
+                others &= !point.diffuse;
+            }
+        } else {
+            self.arrive_all(place, environment);
         }
         if others != 0 {
             let numbers = numbers.store();
@@ -118,6 +114,15 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 self.alone(place + lane, &numbers.get(lane));
                 others &= others - 1;
             }
+        }
+    }
+
+    /// Tells what the paths of the lanes `met` have met; `place` is that of the first lane.
+    #[inline(always)]
+    fn arrive_all(&mut self, place: usize, mut met: u32) {
+        while met != 0 {
+            self.arrive(place + met.trailing_zeros() as usize);
+            met &= met - 1;
         }
     }
 
@@ -331,7 +336,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             next.store_words_compressed::<L>(to, name.load_words::<L>(place), survives);
         }
         next.owner.store_words_compressed::<L>(to, owner, survives);
-        if size_of::<S::Site>() > 0 {
+        if self.transport.sampler.uses_site() {
             let lanes = (0..LANES).filter(|lane| survives >> lane & 1 == 1);
             for (place, lane) in (to..MAX_BATCH).zip(lanes) {
                 next.sites[place] = sites[lane];
@@ -361,7 +366,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     /// What the choice among emitters knows of points on diffuse surfaces.
     #[inline(always)]
     fn sites<L: Lanes>(&self, point: &DiffuseLanes<L>, mirror: L) -> [S::Site; LANES] {
-        if size_of::<S::Site>() == 0 {
+        if !self.transport.sampler.uses_site() {
             return [S::Site::default(); LANES];
         }
         let normal = facing(point, mirror);

@@ -7,11 +7,10 @@ use super::entry::MethodEntry;
 use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
-use crate::any_emitters::AnyEmitters;
 use crate::{
-    CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths,
-    GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings,
-    RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume,
+    AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
+    GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi,
+    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume,
     RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
@@ -22,25 +21,19 @@ type Start<'b> = Result<Started<'b>, String>;
 /// Compiles the started method for both samplers of emitters, and takes the requested one.
 macro_rules! by_emitters {
     ($stage:expr, $values:expr, $sampler:ident => $start:expr) => {
-        match $values.light_choosing() {
-            None => {
-                let $sampler = $stage.scene().emitters_by_power();
-                $start
-            }
-            Some(choosing) => {
-                let $sampler = $stage.selection(choosing).map_err(reason)?;
+        match any_emitters($stage, $values)? {
+            &AnyEmitters::Power($sampler) => $start,
+            AnyEmitters::Selection(selection) => {
+                let $sampler = &**selection;
                 $start
             }
         }
     };
 }
 
-/// The sampler of emitters that is asked for, for methods that are compiled once.
-fn any_emitters<'b>(stage: &'b Stage<'_>, values: &MethodValues) -> Result<AnyEmitters<'b>, String> {
-    Ok(match values.light_choosing() {
-        None => AnyEmitters::Power(stage.scene().emitters_by_power()),
-        Some(choosing) => AnyEmitters::Selection(stage.selection(choosing).map_err(reason)?),
-    })
+/// The sampler of emitters that is asked for.
+fn any_emitters<'b, 'a>(stage: &'b Stage<'a>, values: &MethodValues) -> Result<&'b AnyEmitters<'a>, String> {
+    stage.emitters(values.light_choosing()).map_err(reason)
 }
 
 /// All methods. Not a constant: each crate that names one compiles the functions in it again.
@@ -243,10 +236,8 @@ pub static METHODS: &[MethodEntry] = &[
             if knows_the_point {
                 settings.emitter_candidates = CHOSEN_CANDIDATES;
             }
-            by_emitters!(stage, values, sampler => {
-                let method = RestirGi::new(stage.scene(), sampler, settings);
-                frames(method.map(|method| method.with_motion(motion.camera)))
-            })
+            let method = RestirGi::new(stage.scene(), any_emitters(stage, values)?, settings);
+            frames(method.map(|method| method.with_motion(motion.camera)))
         },
     },
     MethodEntry {
@@ -416,10 +407,8 @@ fn restir_di<'b>(
             (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
         }
     }
-    by_emitters!(stage, values, sampler => {
-        let method = RestirDi::new(stage.scene(), sampler, settings);
-        frames(method.map(|method| method.with_motion(motion.camera)))
-    })
+    let method = RestirDi::new(stage.scene(), any_emitters(stage, values)?, settings);
+    frames(method.map(|method| method.with_motion(motion.camera)))
 }
 
 fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {
@@ -459,21 +448,22 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
         emitter_samples,
         ..DirectLightOptions::default()
     };
-    by_emitters!(stage, values, sampler => {
-        let method = DirectLight::new(stage.scene(), sampler, options).map_err(reason)?;
-        samples(method.with_points(values.points()))
-    })
+    let method = DirectLight::new(stage.scene(), any_emitters(stage, values)?, options).map_err(reason)?;
+    samples(method.with_points(values.points()))
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let (guided, cached) = (values.guided_paths(), values.cached_paths(stage.scene()));
-    by_emitters!(stage, values, sampler => match (guided, cached) {
+    let scene = stage.scene();
+    match (values.guided_paths(), values.cached_paths(scene)) {
         (guide, Some(options)) => {
-            frames(CachedPaths::new(stage.scene(), sampler, CachedPathsOptions { guide, ..options }))
+            let options = CachedPathsOptions { guide, ..options };
+            frames(CachedPaths::new(scene, any_emitters(stage, values)?, options))
         }
-        (Some(options), None) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        (None, None) => samples(path_tracer(stage, values, sampler, None)),
-    })
+        (Some(options), None) => frames(GuidedPaths::new(scene, any_emitters(stage, values)?, options)),
+        (None, None) => by_emitters!(stage, values, sampler => {
+            samples(path_tracer(stage, values, sampler, None))
+        }),
+    }
 }
 
 fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
@@ -481,11 +471,17 @@ fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTrac
     let guided = values
         .guided_paths()
         .map(|guided| GuidedPathsOptions { volume, ..guided });
-    by_emitters!(stage, values, sampler => match guided {
-        Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        None => samples(VolumePathTracer::new(stage.scene(), sampler)
+    if let Some(options) = guided {
+        return frames(GuidedPaths::new(
+            stage.scene(),
+            any_emitters(stage, values)?,
+            options,
+        ));
+    }
+    by_emitters!(stage, values, sampler => {
+        samples(VolumePathTracer::new(stage.scene(), sampler)
             .with_tracking(tracking)
-            .with_points(values.points())),
+            .with_points(values.points()))
     })
 }
 
@@ -500,13 +496,8 @@ fn restir_pt<'b>(
         visible_emission: values.visible_emission(),
         ..options
     };
-    match values.light_choosing() {
-        None => frames(RestirPt::new(stage.world(), options, motion.camera)),
-        Some(choosing) => {
-            let world = stage.world_by(choosing).map_err(reason)?;
-            frames(RestirPt::new(world, options, motion.camera))
-        }
-    }
+    let world = stage.world(values.light_choosing()).map_err(reason)?;
+    frames(RestirPt::new(world, options, motion.camera))
 }
 
 fn restir_suffix<'b>(
@@ -516,13 +507,8 @@ fn restir_suffix<'b>(
     options: RestirSuffixOptions,
 ) -> Start<'b> {
     let options = values.restir_suffix_options(options);
-    match values.light_choosing() {
-        None => frames(RestirSuffix::new(stage.world(), options, motion.camera)),
-        Some(choosing) => {
-            let world = stage.world_by(choosing).map_err(reason)?;
-            frames(RestirSuffix::new(world, options, motion.camera))
-        }
-    }
+    let world = stage.world(values.light_choosing()).map_err(reason)?;
+    frames(RestirSuffix::new(world, options, motion.camera))
 }
 
 fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {

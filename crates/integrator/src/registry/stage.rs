@@ -1,17 +1,18 @@
 //! A scene, and what methods of it share.
 
-use crate::{CameraMotion, LightChoosing, LightSelection, SceneWorld};
+use crate::{AnyEmitters, CameraMotion, LightChoosing, LightSelection, SceneWorld};
 use lightshed_film::{FrameMethod, PixelEstimator, SampledFrames};
 use lightshed_lights::LightError;
 use lightshed_scene::Scene;
 use lightshed_scene::glam::Vec3;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A scene, and structures that its methods share: built when the first method requests them.
 pub struct Stage<'a> {
     scene: &'a Scene,
-    world: OnceLock<SceneWorld<'a>>,
-    worlds: [OnceLock<SceneWorld<'a, LightSelection<'a>>>; LightChoosing::ALL.len()],
+    /// For each way to select; the last one is by power.
+    emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 1],
+    worlds: [OnceLock<SceneWorld<'a, AnyEmitters<'a>>>; LightChoosing::ALL.len() + 1],
 }
 
 /// What moves from frame to frame.
@@ -53,8 +54,8 @@ impl<'a> Stage<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            world: OnceLock::new(),
-            worlds: std::array::from_fn(|_| OnceLock::new()),
+            emitters: Default::default(),
+            worlds: Default::default(),
         }
     }
 
@@ -63,36 +64,46 @@ impl<'a> Stage<'a> {
         self.scene
     }
 
-    /// The scene as paths see it, with emitters chosen by power.
-    pub fn world(&self) -> &SceneWorld<'a> {
-        self.world
-            .get_or_init(|| SceneWorld::new(self.scene, self.scene.emitters_by_power()))
-    }
-
-    /// Emitters selected in this way; a selection that learns has learnt when this returns.
+    /// Emitters selected in this way, by power if none is named; a selection that learns has learnt
+    /// when this returns.
     ///
     /// # Errors
     /// Lights that a sampler refuses.
-    pub fn selection(&self, choosing: LightChoosing) -> Result<&LightSelection<'a>, LightError> {
-        Ok(self.world_by(choosing)?.sampler())
-    }
-
-    /// The scene as paths see it, with emitters selected in this way.
-    ///
-    /// # Errors
-    /// Lights that a sampler refuses.
-    pub fn world_by(
-        &self,
-        choosing: LightChoosing,
-    ) -> Result<&SceneWorld<'a, LightSelection<'a>>, LightError> {
-        let place = LightChoosing::ALL.iter().position(|&other| other == choosing);
-        let place = &self.worlds[place.expect("all are in the list")];
-        if let Some(world) = place.get() {
-            return Ok(world);
+    pub fn emitters(&self, choosing: Option<LightChoosing>) -> Result<&AnyEmitters<'a>, LightError> {
+        let place = &self.emitters[place(choosing)];
+        if let Some(emitters) = place.get() {
+            return Ok(emitters);
         }
-        let selection = LightSelection::trained(self.scene, choosing)?;
-        Ok(place.get_or_init(|| SceneWorld::new(self.scene, selection)))
+        let emitters = match choosing {
+            None => AnyEmitters::Power(self.scene.emitters_by_power()),
+            Some(choosing) => {
+                AnyEmitters::Selection(Arc::new(LightSelection::trained(self.scene, choosing)?))
+            }
+        };
+        Ok(place.get_or_init(|| emitters))
     }
+
+    /// The scene as paths see it, with these [`emitters`](Self::emitters).
+    ///
+    /// # Errors
+    /// Lights that a sampler refuses.
+    pub fn world(
+        &self,
+        choosing: Option<LightChoosing>,
+    ) -> Result<&SceneWorld<'a, AnyEmitters<'a>>, LightError> {
+        let emitters = self.emitters(choosing)?;
+        Ok(self.worlds[place(choosing)].get_or_init(|| SceneWorld::new(self.scene, emitters.clone())))
+    }
+}
+
+/// The place of a way to select emitters in the rows of [`Stage`].
+fn place(choosing: Option<LightChoosing>) -> usize {
+    let ways = LightChoosing::ALL;
+    choosing.map_or(ways.len(), |choosing| {
+        ways.iter()
+            .position(|&other| other == choosing)
+            .expect("all are in the list")
+    })
 }
 
 impl<'b> Started<'b> {
