@@ -14,8 +14,7 @@ use std::sync::Arc;
 /// The emitter sampler that options ask for, known when the program runs; each function is that of
 /// the sampler, bit for bit.
 ///
-/// A method with this sampler is compiled once. The table of methods compiles only the path tracers
-/// and their reuse among pixels for each sampler.
+/// A method with this sampler is compiled once, whatever the options ask for.
 #[derive(Clone)]
 pub enum AnyEmitters<'a> {
     /// By power, whatever the point.
