@@ -404,8 +404,8 @@ fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) 
 }
 
 /// A path tracer with the random numbers and the visible emission of the options; with the longest
-/// path and the first edge of roulette in place of the scene's. The only method that is compiled for
-/// each sampler of emitters: with [`AnyEmitters`] it takes 1 to 2 % longer.
+/// path and the first edge of roulette in place of the scene's. The only method compiled for each
+/// sampler of emitters: with [`AnyEmitters`] it takes 1 to 2 % longer.
 fn path_samples<'b>(stage: &'b Stage<'_>, values: &MethodValues, depths: Option<(u32, u32)>) -> Start<'b> {
     match any_emitters(stage, values)? {
         &AnyEmitters::Power(emitters) => samples(path_tracer(stage, values, emitters, depths)),
