@@ -10,6 +10,7 @@
 //! No closures and no iterator adaptors here: the compiler does not inline them into a caller that
 //! uses other instructions than the crate's, and a call for every operation would be far too slow.
 
+use super::triangle::is_ahead;
 use super::{Hit, Ray};
 use glam::Vec3;
 use lightshed_lanes::{LaneMask, Lanes};
@@ -53,6 +54,9 @@ pub struct TriangleRay {
     axes: [usize; 3],
     /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
     shear: [f32; 3],
+    direction: Vec3,
+    /// Hits before this ray parameter are looked at again, see [`super::triangle`].
+    doubtful: f32,
 }
 
 /// A triangle's corner relative to the ray, sheared so that the ray runs along the last axis.
@@ -63,9 +67,10 @@ struct Sheared<L> {
 }
 
 impl TriangleRay {
-    /// For a ray and one over each coordinate of its direction.
+    /// For a ray and one over each coordinate of its direction. Hits nearer than `reach` along a
+    /// coordinate are looked at again.
     #[inline(always)]
-    pub fn new(ray: &Ray, inverse_direction: [f32; 3]) -> Self {
+    pub fn new(ray: &Ray, inverse_direction: [f32; 3], reach: f32) -> Self {
         let d = ray.direction.to_array();
         let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
         let kz = if magnitude[0] > magnitude[1] {
@@ -83,6 +88,8 @@ impl TriangleRay {
             origin: ray.origin.to_array(),
             axes: [kx, ky, kz],
             shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
+            direction: ray.direction,
+            doubtful: reach * inverse_z.abs(),
         }
     }
 
@@ -127,7 +134,29 @@ impl TriangleRay {
     /// Whether any triangle is hit within `(0, t_max)`.
     #[inline(always)]
     pub fn any<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> bool {
-        self.test::<L>(block, t_max).3 != 0
+        let (t, _, _, hit) = self.test::<L>(block, t_max);
+        hit != 0 && (t.least_of(hit).first() >= self.doubtful || self.confirmed(block, &t.store(), hit) != 0)
+    }
+
+    /// The hits but for doubtful ones whose planes are not ahead.
+    #[cold]
+    #[inline(never)]
+    fn confirmed(&self, block: &TriangleBlock, t: &[f32; 8], hit: u32) -> u32 {
+        let mut confirmed = hit;
+        for lane in 0..8 {
+            let corner = |v: usize| Vec3::from_array(block.vertices[v].map(|row| row[lane]));
+            let is_doubtful = hit >> lane & 1 == 1 && t[lane] < self.doubtful;
+            if is_doubtful
+                && !is_ahead(
+                    Vec3::from_array(self.origin),
+                    self.direction,
+                    &[corner(0), corner(1), corner(2)],
+                )
+            {
+                confirmed &= !(1 << lane);
+            }
+        }
+        confirmed
     }
 }
 
@@ -160,8 +189,12 @@ impl Nearest {
     /// equal distances, that of the lowest index.
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
-        let (t, a, b, hit) = ray.test::<L>(block, self.bound);
-        let nearest = t.least_of(hit);
+        let (t, a, b, mut hit) = ray.test::<L>(block, self.bound);
+        let mut nearest = t.least_of(hit);
+        if nearest.first() < ray.doubtful {
+            hit = ray.confirmed(block, &t.store(), hit);
+            nearest = t.least_of(hit);
+        }
         let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
         // Selections instead of a branch on whether there was a hit, which is practically random.
         let primitive = block.primitives[lane];

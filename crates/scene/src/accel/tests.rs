@@ -183,6 +183,69 @@ fn equal_distances_go_to_the_lowest_index() {
     assert!(copies > 300, "{copies}");
 }
 
+/// A slat of 6 m by 2 mm, and a ray that leaves it, as a path in a real scene did: the eight-wide
+/// test alone says that it is hit ahead. Many more such rays, from both sides of both triangles; in
+/// trees of all kinds, without one, and in company. A ray towards the slat still hits it.
+#[test]
+fn rays_do_not_hit_the_needle_that_they_leave() {
+    let mut rng = Pcg64Mcg::seed_from_u64(19);
+    let [a, b, c, d] = [
+        Vec3::new(3.5843267, -4.5806537, 1.0826423),
+        Vec3::new(-2.4997847, -4.580654, 1.082643),
+        Vec3::new(-2.4997847, -4.580654, 1.080683),
+        Vec3::new(3.5843267, -4.5806537, 1.0806823),
+    ];
+    let slat = [[a, b, c], [a, c, d]];
+    let far = soup(&mut rng, 60, 0.1)
+        .into_iter()
+        .map(|t| t.map(|p| p + 20.0 * Vec3::Y));
+    let many: Vec<[Vec3; 3]> = slat.into_iter().chain(far).collect();
+    let flat = Flat::build(&slat).unwrap();
+    let trees = Preset::ALL.map(|preset| with_tree(&many, &[], preset));
+    let mut rays = vec![Ray::new(
+        Vec3::new(0.8600038, -4.580633, 1.082402),
+        Vec3::new(0.68968266, 0.2827454, -0.666628),
+    )];
+    let normal = (b - a).cross(c - a).normalize();
+    for _ in 0..20_000 {
+        let at = a
+            .lerp(b, rng.random())
+            .lerp(d.lerp(c, rng.random()), rng.random());
+        let direction = uniform(&mut rng).normalize();
+        let side = 2e-5_f32.copysign(direction.dot(normal));
+        rays.push(Ray::segment(at + normal * side, direction, 1.0));
+    }
+    // The test of areas alone, without the look at planes.
+    let unsure = |ray: &Ray| {
+        let triangle = block::TriangleRay::new(ray, (1.0 / ray.direction).to_array(), 0.0);
+        let block = block::TriangleBlock::new((0..).zip(slat));
+        triangle.any::<lightshed_lanes::ArrayLanes>(&block, ray.t_max)
+    };
+    let wrong = rays.iter().filter(|ray| unsure(ray)).count();
+    assert!(unsure(&rays[0]) && wrong > 20, "{wrong} rays would be wrong");
+    let mut batch = RayBatch::NOWHERE;
+    let mut hits = HitBatch::NONE;
+    for rays in rays.chunks(RayBatch::CAPACITY) {
+        batch.fill(rays);
+        flat.intersect_batch(&batch, rays.len(), &mut hits);
+        assert_eq!(flat.occluded_batch(&batch, rays.len()), 0);
+        for (index, ray) in rays.iter().enumerate() {
+            assert_eq!((hits.get(index), flat.intersect(ray)), (None, None));
+            assert!(!flat.occluded(ray) && brute_force(&slat, &[], ray).is_none());
+            for tree in &trees {
+                assert!(tree.intersect(ray).is_none_or(|hit| hit.primitive >= 2));
+                assert!(!tree.occluded(ray), "{ray:?}");
+            }
+            // From a millimetre away, back through where it started.
+            let back = Ray::new(ray.origin + normal * 1e-3, -normal);
+            let expected = brute_force(&slat, &[], &back);
+            for tree in &trees {
+                assert_eq!(tree.intersect(&back), expected);
+            }
+        }
+    }
+}
+
 #[test]
 fn lanes_give_the_same_bits() {
     let mut rng = Pcg64Mcg::seed_from_u64(3);

@@ -2,6 +2,7 @@
 
 use super::{Corners, Flat, MAX_TRIANGLES};
 use crate::accel::block::TriangleBlock;
+use crate::accel::triangle::{doubtful_reach, is_needle};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneChoice};
 
@@ -24,6 +25,12 @@ impl Flat {
                 edges: [directed(c, b), directed(a, c), directed(b, a)],
             });
         }
+        let (least, most) = triangles
+            .iter()
+            .flatten()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), corner| {
+                (least.min(*corner), most.max(*corner))
+            });
         let numbered: Vec<(u32, [Vec3; 3])> = (0u32..).zip(triangles.iter().copied()).collect();
         Some(Self {
             blocks: numbered
@@ -39,6 +46,8 @@ impl Flat {
                 .collect(),
             edges,
             triangles: corners,
+            reach: doubtful_reach(least, most),
+            has_needles: triangles.iter().any(is_needle),
             lanes: LaneChoice::best(),
         })
     }

@@ -35,6 +35,10 @@ pub struct Flat {
     edges: Vec<[u8; 2]>,
     /// In the order given.
     triangles: Vec<Corners>,
+    /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
+    reach: f32,
+    /// Whether there are triangles whose hits need that: then rays are tested one by one.
+    has_needles: bool,
     lanes: LaneChoice,
 }
 
@@ -86,7 +90,7 @@ impl LaneKernel for NearestAlone<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Option<Hit> {
-        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array(), self.flat.reach);
         let mut nearest = Nearest::none(self.ray);
         for block in &self.flat.blocks {
             nearest.take_block::<L>(&ray, block);
@@ -105,7 +109,7 @@ impl LaneKernel for AnyAlone<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array(), self.flat.reach);
         for block in &self.flat.blocks {
             if ray.any::<L>(block, self.ray.t_max) {
                 return true;

@@ -112,6 +112,12 @@ impl Flat {
     /// The nearest hit of each of the first `count` rays.
     #[inline]
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        if self.has_needles {
+            for index in 0..count.min(RayBatch::CAPACITY) {
+                hits.set(index, self.intersect(&rays.get(index)));
+            }
+            return;
+        }
         VIEW.with_borrow_mut(|view| {
             self.lanes.run(NearestTogether {
                 view,
@@ -126,6 +132,11 @@ impl Flat {
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
     #[inline]
     pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        if self.has_needles {
+            return (0..count.min(RayBatch::CAPACITY)).fold(0, |occluded, index| {
+                occluded | u64::from(self.occluded(&rays.get(index))) << index
+            });
+        }
         VIEW.with_borrow_mut(|view| {
             self.lanes.run(AnyTogether {
                 view,

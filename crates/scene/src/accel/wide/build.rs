@@ -18,6 +18,7 @@ use super::node::{Child, ChildKind, Node};
 use super::{Primitives, WideBvh};
 use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
+use crate::accel::triangle::doubtful_reach;
 use lightshed_bvh::{Bvh, Node as BinaryNode, Primitive};
 
 /// Cost of testing eight boxes, and of testing a block of eight triangles or a sphere; only their
@@ -268,6 +269,7 @@ fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) 
 /// one).
 pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: Primitives) -> WideBvh {
     let first_sphere = primitives.triangles.len() as u32;
+    let reach = doubtful_reach(tree.nodes()[0].min, tree.nodes()[0].max);
     let plans = plan(&tree, &primitives);
     let mut emitted = collapse(&tree, &plans, &primitives);
     // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too
@@ -285,5 +287,6 @@ pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: Primitives) -> W
         primitives.spheres.to_vec(),
         first_sphere,
         primitives.instances,
+        reach,
     )
 }

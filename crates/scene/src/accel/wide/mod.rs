@@ -31,6 +31,8 @@ pub struct WideBvh {
     /// Primitive index of the first sphere.
     first_sphere: u32,
     instances: Instances,
+    /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
+    reach: f32,
     lanes: lightshed_lanes::LaneChoice,
 }
 
@@ -41,6 +43,7 @@ impl WideBvh {
         spheres: Vec<Sphere>,
         first_sphere: u32,
         instances: Instances,
+        reach: f32,
     ) -> Self {
         Self {
             nodes,
@@ -48,6 +51,7 @@ impl WideBvh {
             spheres,
             first_sphere,
             instances,
+            reach,
             lanes: lightshed_lanes::LaneChoice::best(),
         }
     }

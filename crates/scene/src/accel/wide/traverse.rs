@@ -41,7 +41,7 @@ struct RayConstants {
 
 impl RayConstants {
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
+    fn new(ray: &Ray, reach: f32) -> Self {
         let d = ray.direction.to_array();
         let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let backwards = [
@@ -50,7 +50,7 @@ impl RayConstants {
             3 * usize::from(d[2].is_sign_negative()),
         ];
         Self {
-            triangle: TriangleRay::new(ray, inverse_direction),
+            triangle: TriangleRay::new(ray, inverse_direction, reach),
             inverse_direction,
             near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
             far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
@@ -278,10 +278,10 @@ struct Traversal<Q> {
 
 impl<Q: Query> Traversal<Q> {
     #[inline(always)]
-    fn new(ray: &Ray, index: usize) -> Self {
+    fn new(bvh: &WideBvh, ray: &Ray, index: usize) -> Self {
         Self {
             query: Q::start(ray),
-            constants: RayConstants::new(ray),
+            constants: RayConstants::new(ray, bvh.reach),
             child: ROOT,
             ray: index,
         }
@@ -376,7 +376,7 @@ impl<Q: Query> LaneKernel for One<'_, Q> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Q {
         let rays = core::slice::from_ref(self.ray);
-        let mut traversal = Traversal::<Q>::new(self.ray, 0);
+        let mut traversal = Traversal::<Q>::new(self.bvh, self.ray, 0);
         let mut memory = StackMemory::new();
         let mut stack = Stack::new(&mut memory);
         while !traversal.step::<L>(&mut stack, self.bvh, rays) {}
@@ -409,9 +409,9 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
         }
         let mut flying = count.min(IN_FLIGHT);
         let mut next = flying;
-        let mut traversals = [Traversal::<Q>::new(&rays.get(0), 0); IN_FLIGHT];
+        let mut traversals = [Traversal::<Q>::new(bvh, &rays.get(0), 0); IN_FLIGHT];
         for (index, traversal) in traversals.iter_mut().enumerate().take(flying).skip(1) {
-            *traversal = Traversal::new(&rays.get(index), index);
+            *traversal = Traversal::new(bvh, &rays.get(index), index);
         }
         let mut memory = [const { StackMemory::new() }; IN_FLIGHT];
         let mut stacks = memory.each_mut().map(Stack::new);
@@ -428,7 +428,7 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
                 if traversal.step::<L>(stack, bvh, rays) {
                     answers.set(traversal.ray, traversal.query.answer());
                     if next < count {
-                        *traversal = Traversal::new(&rays.get(next), next);
+                        *traversal = Traversal::new(bvh, &rays.get(next), next);
                         stack.clear();
                         next += 1;
                     } else {
