@@ -4,7 +4,8 @@ use crate::options::{BuildOptions, Method};
 use crate::reinsertion::Reinsertion;
 use crate::subset::SubsetOptions;
 
-/// Builds from the fastest to that of the best trees.
+/// Builds from the fastest to that of the best trees. All but the fastest join what
+/// [`BuildOptions::twins`] says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preset {
@@ -48,7 +49,8 @@ impl Preset {
         BuildOptions {
             method,
             reinsertion: reinsertion.map(|(share, passes)| Reinsertion { share, passes }),
-            twins: false,
+            // A tree along the curve costs less than a second one in memory.
+            twins: self != Self::Fastest,
         }
     }
 
