@@ -31,6 +31,15 @@ impl Flat {
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), corner| {
                 (least.min(*corner), most.max(*corner))
             });
+        let (mut needles, mut others) = (Vec::new(), Vec::new());
+        for (triangle, corners) in triangles.iter().zip(&corners) {
+            let list = if is_needle(triangle) {
+                &mut needles
+            } else {
+                &mut others
+            };
+            list.push(*corners);
+        }
         let numbered: Vec<(u32, [Vec3; 3])> = (0u32..).zip(triangles.iter().copied()).collect();
         Some(Self {
             blocks: numbered
@@ -47,7 +56,8 @@ impl Flat {
             edges,
             triangles: corners,
             reach: doubtful_reach(least, most),
-            has_needles: triangles.iter().any(is_needle),
+            needles,
+            others,
             lanes: LaneChoice::best(),
         })
     }

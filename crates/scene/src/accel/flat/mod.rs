@@ -37,8 +37,9 @@ pub struct Flat {
     triangles: Vec<Corners>,
     /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
     reach: f32,
-    /// Whether there are triangles whose hits need that: then rays are tested one by one.
-    has_needles: bool,
+    /// Those of the triangles whose hits need that, and the others.
+    needles: Vec<Corners>,
+    others: Vec<Corners>,
     lanes: LaneChoice,
 }
 
@@ -69,7 +70,7 @@ impl Flat {
         size_of_val(&self.blocks[..])
             + size_of_val(&self.vertices[..])
             + size_of_val(&self.edges[..])
-            + size_of_val(&self.triangles[..])
+            + 2 * size_of_val(&self.triangles[..])
     }
 
     /// The same on the lanes of the specification.

@@ -2,7 +2,7 @@
 //!
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
-use super::{Corners, Flat, MAX_EDGES, MAX_VERTICES};
+use super::{AnyAlone, Corners, Flat, MAX_EDGES, MAX_VERTICES, NearestAlone};
 use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
@@ -112,12 +112,6 @@ impl Flat {
     /// The nearest hit of each of the first `count` rays.
     #[inline]
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        if self.has_needles {
-            for index in 0..count.min(RayBatch::CAPACITY) {
-                hits.set(index, self.intersect(&rays.get(index)));
-            }
-            return;
-        }
         VIEW.with_borrow_mut(|view| {
             self.lanes.run(NearestTogether {
                 view,
@@ -132,11 +126,6 @@ impl Flat {
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
     #[inline]
     pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
-        if self.has_needles {
-            return (0..count.min(RayBatch::CAPACITY)).fold(0, |occluded, index| {
-                occluded | u64::from(self.occluded(&rays.get(index))) << index
-            });
-        }
         VIEW.with_borrow_mut(|view| {
             self.lanes.run(AnyTogether {
                 view,
@@ -185,6 +174,17 @@ impl LaneKernel for NearestTogether<'_> {
             hits.primitive.store(place, primitive);
             hits.barycentric[0].store(place, b);
             hits.barycentric[1].store(place, (L::splat(1.0) - a - b).max(L::splat(0.0)));
+            if !flat.needles.is_empty() {
+                let mut near = t.less(inverse_z.abs() * L::splat(flat.reach)).bits();
+                while near != 0 {
+                    let index = place + near.trailing_zeros() as usize;
+                    if hits.get(index).is_some() {
+                        let ray = &rays.get(index);
+                        hits.set(index, NearestAlone { flat, ray }.run::<L>());
+                    }
+                    near &= near - 1;
+                }
+            }
             place += LANES;
         }
     }
@@ -215,10 +215,28 @@ impl LaneKernel for AnyTogether<'_> {
             let inverse_z = view.look::<L>(flat, rays, place);
             let t_max = rays.t_max.load::<L>(place);
             let mut any = L::Mask::from_bits(0);
-            for triangle in &flat.triangles {
+            for triangle in &flat.others {
                 any = any | view.meet(triangle, inverse_z, t_max).hit;
             }
-            occluded |= u64::from(any.bits()) << place;
+            let mut any = any.bits();
+            if !flat.needles.is_empty() {
+                let near = inverse_z.abs() * L::splat(flat.reach);
+                let (mut all, mut doubtful) = (0, 0);
+                for triangle in &flat.needles {
+                    let met = view.meet(triangle, inverse_z, t_max);
+                    all |= met.hit.bits();
+                    doubtful |= (met.hit & met.t.less(near)).bits();
+                }
+                any |= all & !doubtful;
+                doubtful &= !any;
+                while doubtful != 0 {
+                    let lane = doubtful.trailing_zeros();
+                    let ray = &rays.get(place + lane as usize);
+                    any |= u32::from(AnyAlone { flat, ray }.run::<L>()) << lane;
+                    doubtful &= doubtful - 1;
+                }
+            }
+            occluded |= u64::from(any) << place;
             place += LANES;
         }
         // Rays that were not requested.
