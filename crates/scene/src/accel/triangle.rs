@@ -3,10 +3,10 @@
 //! # Needles
 //! The ray parameter is a mean of those of the corners, weighted by areas. Across a needle of
 //! length `L` and height `h` these are differences of products `L/h` times as large. The parameter
-//! is then off by some `ulp(L) L/h`: for a slat of 6 m by 2 mm that is a tenth of a millimetre, more
-//! than a ray starts above the surface that it leaves. So the ray may hit that surface again, and
-//! whether it does depends on which leaves a tree lets it visit. Near the start of a ray, therefore,
-//! a hit counts only if the triangle's plane is ahead in `f64` too ([`is_ahead`]).
+//! is then off by some `ulp(L) L/h`: for a slat of 6 m by 2 mm that is a tenth of a millimetre,
+//! more than a ray starts above the surface that it leaves. So the ray may hit that surface again,
+//! and whether it does depends on which leaves a tree lets it visit. Near the start of a ray,
+//! therefore, a hit counts only if the triangle's plane is ahead in `f64` too ([`is_ahead`]).
 
 use super::{Hit, Ray};
 use glam::Vec3;
