@@ -1,6 +1,7 @@
 //! Trees that the crate obvhs builds and traverses, for comparison.
 
-use super::{AcceleratorKind, Hit, Ray, Sphere, intersect_triangle, shapes};
+use super::triangle::intersect_ahead;
+use super::{AcceleratorKind, Hit, Ray, Sphere, shapes};
 use glam::{Vec3, Vec3A};
 use lightshed_bvh::{Preset, Primitive};
 use obvhs::BvhBuildParams;
@@ -68,7 +69,7 @@ impl ObvhsTree {
     #[inline(always)]
     fn test_primitive(&self, ray: &Ray, primitive: u32, t_max: f32) -> Option<Hit> {
         match self.triangles.get(primitive as usize) {
-            Some(corners) => intersect_triangle(ray, corners, primitive, t_max),
+            Some(corners) => intersect_ahead(ray, corners, primitive, t_max),
             None => self.spheres[primitive as usize - self.triangles.len()]
                 .intersect(ray.origin, ray.direction, t_max)
                 .map(|t| Hit {

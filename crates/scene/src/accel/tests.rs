@@ -16,7 +16,7 @@ fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option
     let mut best: Option<Hit> = None;
     for (i, corners) in triangles.iter().enumerate() {
         let t_max = best.map_or(ray.t_max, |hit| hit.t);
-        best = intersect_triangle(ray, corners, i as u32, t_max).or(best);
+        best = triangle::intersect_ahead(ray, corners, i as u32, t_max).or(best);
     }
     for (i, sphere) in spheres.iter().enumerate() {
         let t_max = best.map_or(ray.t_max, |hit| hit.t);

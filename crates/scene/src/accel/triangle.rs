@@ -13,6 +13,8 @@ use glam::Vec3;
 
 /// Intersects `ray` with one triangle as the eight-wide traversal does, operation by operation; see
 /// there for why no ray passes between neighbours. `primitive` is copied into the hit.
+///
+/// Shaders do the same. Trees also ask whether the triangle's plane is ahead; this does not.
 #[inline]
 pub fn intersect_triangle(ray: &Ray, corners: &[Vec3; 3], primitive: u32, t_max: f32) -> Option<Hit> {
     let d = ray.direction;
@@ -49,11 +51,19 @@ pub fn intersect_triangle(ray: &Ray, corners: &[Vec3; 3], primitive: u32, t_max:
         return None;
     }
     let (u, v) = (area_a * inverse_determinant, area_b * inverse_determinant);
-    is_ahead(ray.origin, d, corners).then(|| Hit {
+    Some(Hit {
         t,
         primitive,
         barycentric: [v, (1.0 - u - v).max(0.0)],
     })
+}
+
+/// The hit of [`intersect_triangle`] if the triangle's plane is ahead: what a tree returns.
+#[cfg(any(test, feature = "obvhs"))]
+#[inline]
+pub fn intersect_ahead(ray: &Ray, corners: &[Vec3; 3], primitive: u32, t_max: f32) -> Option<Hit> {
+    intersect_triangle(ray, corners, primitive, t_max)
+        .filter(|_| is_ahead(ray.origin, ray.direction, corners))
 }
 
 /// Hits nearer than this share of the largest side of the box around all triangles are looked at
