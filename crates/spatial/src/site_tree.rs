@@ -174,6 +174,56 @@ impl SiteTree {
         self.indices.is_empty()
     }
 
+    /// As [`NearestSites::nearest`], but looks at the `most_leaves` leaves alone that a search meets
+    /// first: at first that which `site` lies in, with seven others. So sites are near, and not
+    /// always the nearest. Which they are depends on positions and normals alone.
+    pub fn near(&self, site: &SurfaceSite, metric: SiteMetric, most_leaves: u32, found: &mut Nearest) {
+        found.clear();
+        if self.indices.is_empty() || !site.position.is_finite() {
+            return;
+        }
+        let outside = (self.bounds.min - site.position)
+            .max(site.position - self.bounds.max)
+            .max(Vec3::ZERO);
+        let reach = reach(found);
+        let mut query = Query {
+            site,
+            metric,
+            found,
+            reach,
+        };
+        // The farther halves on the way down, at most one a level.
+        let (mut waiting, mut count) = ([Node::default(); MAX_LEVELS], 1);
+        waiting[0].off = outside;
+        let mut left = most_leaves;
+        while count > 0 && left > 0 {
+            count -= 1;
+            let mut node = waiting[count];
+            if query.is_beyond(node.off.length_squared()) {
+                continue;
+            }
+            while node.level < self.levels {
+                let split = self.splits[(1 << node.level) - 1 + node.number as usize];
+                let axis = split.axis as usize;
+                let beyond = site.position[axis] - split.at;
+                (node.level, node.number) = (node.level + 1, 2 * node.number);
+                let mut far = node;
+                far.off[axis] = far.off[axis].max(beyond.abs());
+                if beyond > 0.0 {
+                    node.number += 1;
+                } else {
+                    far.number += 1;
+                }
+                if !query.is_beyond(far.off.length_squared()) {
+                    waiting[count] = far;
+                    count += 1;
+                }
+            }
+            self.offer(node.number as usize, &mut query);
+            left -= 1;
+        }
+    }
+
     /// Offers the sites of a leaf that may be within reach.
     #[inline]
     fn offer(&self, number: usize, query: &mut Query<'_>) {
@@ -265,47 +315,6 @@ fn split(own: &mut [Entry], lower: usize) -> Split {
 
 impl NearestSites for SiteTree {
     fn nearest(&self, site: &SurfaceSite, metric: SiteMetric, found: &mut Nearest) {
-        found.clear();
-        if self.indices.is_empty() || !site.position.is_finite() {
-            return;
-        }
-        let outside = (self.bounds.min - site.position)
-            .max(site.position - self.bounds.max)
-            .max(Vec3::ZERO);
-        let reach = reach(found);
-        let mut query = Query {
-            site,
-            metric,
-            found,
-            reach,
-        };
-        // The farther halves on the way down, at most one a level.
-        let (mut waiting, mut count) = ([Node::default(); MAX_LEVELS], 1);
-        waiting[0].off = outside;
-        while count > 0 {
-            count -= 1;
-            let mut node = waiting[count];
-            if query.is_beyond(node.off.length_squared()) {
-                continue;
-            }
-            while node.level < self.levels {
-                let split = self.splits[(1 << node.level) - 1 + node.number as usize];
-                let axis = split.axis as usize;
-                let beyond = site.position[axis] - split.at;
-                (node.level, node.number) = (node.level + 1, 2 * node.number);
-                let mut far = node;
-                far.off[axis] = far.off[axis].max(beyond.abs());
-                if beyond > 0.0 {
-                    node.number += 1;
-                } else {
-                    far.number += 1;
-                }
-                if !query.is_beyond(far.off.length_squared()) {
-                    waiting[count] = far;
-                    count += 1;
-                }
-            }
-            self.offer(node.number as usize, &mut query);
-        }
+        self.near(site, metric, u32::MAX, found);
     }
 }

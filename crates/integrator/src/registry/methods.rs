@@ -284,10 +284,14 @@ pub static METHODS: &[MethodEntry] = &[
             options::CAMERA_RAYS,
             options::DIRECT_SAMPLES,
             options::VISIBLE,
+            options::PAIRS,
         ],
         start: |stage, values, motion| {
             let mut options = RestirSuffixOptions::real_time(values.path_mapping());
             options.suffixes.points = values.points();
+            if let Some(block) = values.get(&options::PAIRS) {
+                (options.suffixes.pairs, options.suffixes.rounds) = (Some(block), PAIRED_ROUNDS);
+            }
             restir_suffix(stage, values, motion, options)
         },
     },

@@ -16,7 +16,7 @@ use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PrefixDomain, PrefixFinding, PrefixSample, PrefixStart,
     PrefixTracer, RayKind, TreeTracer, WorldGeometry,
 };
-use lightshed_spatial::{Nearest, NearestSites, SiteMetric, SiteTree, SurfaceSite};
+use lightshed_spatial::{Nearest, SiteMetric, SiteTree, SurfaceSite};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What the gather of a frame reads.
@@ -31,6 +31,7 @@ pub(super) struct Gather<'b, 'a, E: EmitterSampler, S> {
     pub emission: Emission<'b, 'a, E>,
     pub borrowed: usize,
     pub within: f32,
+    pub search_leaves: u32,
     pub metric: SiteMetric,
     /// Where prefixes end.
     pub ends: Connectability,
@@ -43,29 +44,36 @@ pub(super) struct Gather<'b, 'a, E: EmitterSampler, S> {
     pub fault: Option<super::tests::Fault>,
 }
 
-/// The last vertices of supporting prefixes, and whose they are.
-pub(super) struct Ends {
+/// The last vertices of supporting prefixes, and the suffixes behind them.
+pub(super) struct Ends<'b, 'a, E: EmitterSampler> {
     tree: SiteTree,
-    pixels: Vec<u32>,
+    /// Of each site.
+    suffixes: Vec<(&'b Suffixes<'a, E>, &'b SuffixReservoir<'a, E>)>,
 }
 
-impl Ends {
+impl<'b, 'a, E: EmitterSampler> Ends<'b, 'a, E> {
     /// Of all supporting prefixes of a frame.
-    pub fn new<E: EmitterSampler>(supports: &Supports<'_, E>) -> Self {
-        let (mut sites, mut pixels) = (Vec::new(), Vec::new());
-        for (pixel, domain) in (0..).zip(&supports.suffixes) {
-            let first = domain.as_ref().and_then(|domain| domain.domain().first());
-            if let Some(site) = first.map(|(vertex, _)| site(vertex))
-                && site.position.is_finite()
-            {
-                sites.push(site);
-                pixels.push(pixel);
+    pub fn new(supports: &'b Supports<'a, E>, reservoirs: &'b [SuffixReservoir<'a, E>]) -> Self {
+        let pixels = supports.suffixes.chunks(GROUP).zip(reservoirs.chunks(GROUP));
+        let parts = parallel::map(pixels, |_, (domains, reservoirs)| {
+            let (mut sites, mut suffixes) = (Vec::new(), Vec::new());
+            for (domain, reservoir) in domains.iter().zip(reservoirs) {
+                if let Some(domain) = domain
+                    && let Some((vertex, _)) = domain.domain().first()
+                    && vertex.point().position.is_finite()
+                {
+                    sites.push(site(vertex));
+                    suffixes.push((domain, reservoir));
+                }
             }
-        }
+            (sites, suffixes)
+        });
+        let (sites, suffixes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let (sites, suffixes) = (sites.concat(), suffixes.concat());
         Self {
             // Fails for positions that are not finite, and there is none.
             tree: SiteTree::new(&sites).unwrap_or_default(),
-            pixels,
+            suffixes,
         }
     }
 }
@@ -84,6 +92,8 @@ struct Integration<'a, E: EmitterSampler> {
     suffixes: Suffixes<'a, E>,
     own: SuffixReservoir<'a, E>,
     is_canonical: bool,
+    /// Where what it borrows ends, among that of the batch.
+    borrowed_end: usize,
 }
 
 /// The memory of a thread.
@@ -91,6 +101,8 @@ struct Scratch<'a, E: EmitterSampler> {
     prefixes: PrefixTracer<SceneWorld<'a, E>>,
     trees: TreeTracer<SceneWorld<'a, E>>,
     nearest: Nearest,
+    /// Sites whose suffixes the prefixes of a batch borrow.
+    borrowed: Vec<usize>,
     /// Of further camera rays.
     rays: Vec<Ray>,
     vertices: Vec<Option<SceneVertex>>,
@@ -127,7 +139,7 @@ where
     pub fn run(&self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) {
         let settings = self.world.scene().settings();
         let ends = if self.borrowed > 0 {
-            Some(Ends::new(self.supports))
+            Some(Ends::new(self.supports, self.reservoirs))
         } else {
             None
         };
@@ -138,6 +150,7 @@ where
                 prefixes: PrefixTracer::new(settings.roulette_depth).with_least_length(self.least_length),
                 trees: TreeTracer::new(settings.roulette_depth.saturating_sub(1).max(1)),
                 nearest: Nearest::new(self.borrowed, self.within),
+                borrowed: Vec::new(),
                 rays: Vec::new(),
                 vertices: Vec::new(),
             };
@@ -197,7 +210,12 @@ where
     }
 
     /// The prefixes of some pixels, all of them together.
-    fn batch(&self, mut batch: Batch<'_, '_>, ends: Option<&Ends>, scratch: &mut Scratch<'a, E>) {
+    fn batch(
+        &self,
+        mut batch: Batch<'_, '_>,
+        ends: Option<&Ends<'_, 'a, E>>,
+        scratch: &mut Scratch<'a, E>,
+    ) {
         let further = self.see(&mut batch, scratch);
         let count = self.gather.prefixes();
         let share = 1.0 / count as f32;
@@ -239,18 +257,39 @@ where
                         suffixes: Conditional::new(suffixes),
                         own: Reservoir::empty(CANONICAL_CONFIDENCE),
                         is_canonical: number < self.gather.canonical(),
+                        borrowed_end: 0,
                     });
                 }
             });
         self.canonical(&mut found, &mut batch, scratch);
+        let Scratch { nearest, borrowed, .. } = scratch;
+        borrowed.clear();
+        for integration in &mut found {
+            if let (Some(ends), Some((last, _))) = (ends, integration.suffixes.domain().first()) {
+                ends.tree
+                    .near(&site(last), self.metric, self.search_leaves, nearest);
+                borrowed.extend(nearest.found().iter().map(|neighbour| neighbour.index as usize));
+            }
+            integration.borrowed_end = borrowed.len();
+        }
+        // They lie all over memory. Copied in one go, a read does not wait for that before it.
+        let lenders: Vec<_> = ends.map_or_else(Vec::new, |ends| {
+            let lend = |&site: &usize| (ends.suffixes[site].0, *ends.suffixes[site].1);
+            borrowed.iter().map(lend).collect()
+        });
         let mut inputs = Vec::with_capacity(self.borrowed + 1);
+        let mut first = 0;
         for integration in &found {
-            self.borrow(
-                integration,
-                ends,
-                (&mut scratch.nearest, &mut inputs),
-                &mut batch.image[integration.place],
+            inputs.clear();
+            inputs.push(Input::canonical(&integration.suffixes, &integration.own));
+            let lenders = &lenders[first..integration.borrowed_end];
+            inputs.extend(
+                lenders
+                    .iter()
+                    .map(|&(domain, ref own)| Input::neighbour(domain, own)),
             );
+            first = integration.borrowed_end;
+            self.integrate(integration, &inputs, &mut batch.image[integration.place]);
         }
     }
 
@@ -313,24 +352,12 @@ where
     }
 
     /// What a prefix contributes: by its own suffix, if it has one, and by those that it borrows.
-    fn borrow<'s>(
-        &'s self,
-        integration: &'s Integration<'a, E>,
-        ends: Option<&Ends>,
-        (nearest, inputs): (&mut Nearest, &mut Vec<Input<'s, Suffixes<'a, E>>>),
+    fn integrate(
+        &self,
+        integration: &Integration<'a, E>,
+        inputs: &[Input<'_, Suffixes<'a, E>>],
         value: &mut Rgb,
     ) {
-        inputs.clear();
-        inputs.push(Input::canonical(&integration.suffixes, &integration.own));
-        if let (Some(ends), Some((last, _))) = (ends, integration.suffixes.domain().first()) {
-            ends.tree.nearest(&site(last), self.metric, nearest);
-            for neighbour in nearest.found() {
-                let pixel = ends.pixels[neighbour.index as usize] as usize;
-                if let Some(domain) = &self.supports.suffixes[pixel] {
-                    inputs.push(Input::neighbour(domain, &self.reservoirs[pixel]));
-                }
-            }
-        }
         // The suffixes' random numbers are none of the prefix's.
         let prefix = PrefixWeight::resampled(integration.weight, ConditionallyIndependent::PROMISED);
         let throughput = self.throughput(&integration.prefix);

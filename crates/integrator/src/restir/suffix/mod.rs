@@ -23,7 +23,7 @@ use gather::Gather;
 use lightshed_film::{FrameMethod, RayCounts, RayTally};
 use lightshed_resampling::{
     Conditional, ConditionalShift, ContributionWeight, DomainReservoir, Extent, FinalGather, MergeRule, Mis,
-    MixtureRis, Pattern, Reservoir, Reuse, ReuseError, ShiftMapping, Topology,
+    MixtureRis, PairedPattern, Pattern, Reservoir, Reuse, ReuseError, ShiftMapping, Topology,
 };
 use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
@@ -63,6 +63,7 @@ pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShi
     gather: FinalGather,
     metric: SiteMetric,
     pattern: Option<Pattern>,
+    pairs: Option<PairedPattern>,
     motion: CameraMotion,
     extent: Extent,
     history: History<'a, E>,
@@ -99,6 +100,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             gather,
             metric: metric.ok_or(RestirSuffixError::Search(options.normal_scale))?,
             pattern: options.suffixes.pattern()?,
+            pairs: options.suffixes.paired()?,
             motion,
             extent: extent_of(scene),
             history: History::default(),
@@ -120,6 +122,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             gather: self.gather,
             metric: self.metric,
             pattern: self.pattern,
+            pairs: self.pairs,
             motion: self.motion,
             extent: self.extent,
             history: self.history,
@@ -218,24 +221,21 @@ where
     ) -> bool {
         let (world, scene) = (self.world, self.world.scene());
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
-        let mut seen = Vec::new();
-        seen.resize_with(self.extent.len(), || (None, None));
+        supports.prefixes.resize_with(self.extent.len(), || None);
         let emission = self.emission();
         let see = |index: usize,
                    ray: &Ray,
                    hit: Option<&Hit>,
-                   seen: &mut (Option<Prefixes<'a, E>>, _),
+                   domain: &mut Option<Prefixes<'a, E>>,
                    value: &mut Rgb| {
             let vertex = hit.map(|hit| world.arrive(ray, hit));
             *value += emission.seen(index, vertex.as_ref(), ray.direction);
-            seen.1 = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
-            seen.0 = vertex
+            *domain = vertex
                 .map(|vertex| PrefixDomain::behind(world, vertex, -ray.direction, self.ends, max_length));
         };
         let numbers = view.numbers.pass(Pass::Camera);
-        let whole = trace_camera_rays((scene, view.camera), numbers, (&mut seen, image), cancel, see);
-        (supports.prefixes, supports.normals) = seen.into_iter().unzip();
-        whole
+        let pixels = (&mut supports.prefixes[..], image);
+        trace_camera_rays((scene, view.camera), numbers, pixels, cancel, see)
     }
 
     /// A fresh prefix for every pixel.
@@ -284,15 +284,14 @@ where
             suffixes,
             ..
         } = supports;
-        suffixes.clear();
         suffixes.resize_with(prefixes.len(), || None);
         let groups = suffixes.chunks_mut(GROUP);
         parallel::for_each(groups, |group, suffixes| {
             for (place, suffix) in suffixes.iter_mut().enumerate() {
                 let pixel = group * GROUP + place;
-                if let (Some(domain), Some(prefix)) = (&domains[pixel], prefixes[pixel].sample()) {
-                    *suffix = Some(Conditional::new(domain.suffixes(prefix, self.connectability)));
-                }
+                let prefix = domains[pixel].as_ref().zip(prefixes[pixel].sample());
+                *suffix = prefix
+                    .map(|(domain, prefix)| Conditional::new(domain.suffixes(prefix, self.connectability)));
             }
         });
     }
@@ -418,14 +417,17 @@ where
                 |pixel| numbers.pixel(pixel),
             )?;
         }
-        if let Some(pattern) = self.pattern {
-            let reuse = Reuse::new(&supports.suffixes, rule);
-            let neighbours = |round| {
-                let pattern = pattern.over(extent, view.numbers.key(round));
-                pattern.filtered(|own, other| supports.ends_alike(own, other))
-            };
-            let numbers = view.numbers.pass(Pass::SuffixSpatial);
-            let choose = |round, pixel| numbers.round(round).pixel(pixel);
+        let reuse = Reuse::new(&supports.suffixes, rule);
+        let numbers = view.numbers.pass(Pass::SuffixSpatial);
+        let choose = |round, pixel| numbers.round(round).pixel(pixel);
+        let alike = |own, other| supports.ends_alike(own, other);
+        if let Some(pairs) = self.pairs {
+            let pairs = |round| pairs.over(extent, view.numbers.key(round)).filtered(alike);
+            history
+                .suffixes
+                .in_pairs(&reuse, options.rounds, pairs, choose, cancel)?;
+        } else if let Some(pattern) = self.pattern {
+            let neighbours = |round| pattern.over(extent, view.numbers.key(round)).filtered(alike);
             history
                 .suffixes
                 .in_space(&reuse, options.rounds, neighbours, choose, cancel)?;
@@ -480,6 +482,7 @@ where
                 emission: self.emission(),
                 borrowed: self.options.borrowed as usize,
                 within: self.options.search_radius * self.world.scene().extent(),
+                search_leaves: self.options.search_leaves,
                 metric: self.metric,
                 ends: self.ends,
                 connectability: self.connectability,

@@ -26,6 +26,9 @@ pub struct RestirSuffixOptions {
     pub borrowed: u32,
     /// Search radius for supporting prefixes, as a share of the scene's size.
     pub search_radius: f32,
+    /// Leaves of the tree of supporting prefixes that a search looks at, of eight prefixes each, at
+    /// least 1. `u32::MAX` finds the nearest prefixes, fewer find near ones sooner.
+    pub search_leaves: u32,
     /// The distance that a turn of the normal by about 57° counts in the search, as a share of the
     /// scene's size.
     pub normal_scale: f32,
@@ -105,6 +108,7 @@ impl RestirSuffixOptions {
             canonical: 4,
             borrowed: 1,
             search_radius: 0.2,
+            search_leaves: std::env::var("LEAVES").map_or(u32::MAX, |t| t.parse().unwrap()),
             normal_scale: 0.1,
         }
     }

@@ -1,8 +1,8 @@
 //! Supporting prefixes and the suffixes behind them, as a frame has them.
 
-use crate::SceneWorld;
 use crate::emitter_sampler::EmitterSampler;
 use crate::restir::frames::{Reservoirs, TwoFrames};
+use crate::{SceneVertex, SceneWorld};
 use lightshed_resampling::{Conditional, DomainReservoir};
 use lightshed_sampling::PrimarySample;
 use lightshed_scene::glam::Vec3;
@@ -19,8 +19,6 @@ pub(super) type SuffixReservoir<'a, E> = DomainReservoir<Suffixes<'a, E>>;
 pub(super) struct Supports<'a, E: EmitterSampler> {
     /// The prefixes that a pixel may have.
     pub prefixes: Vec<Option<Prefixes<'a, E>>>,
-    /// Geometric normals of the surface points that they start at.
-    pub normals: Vec<Option<Vec3>>,
     /// The suffixes behind the one that it has.
     pub suffixes: Vec<Option<Suffixes<'a, E>>>,
 }
@@ -30,7 +28,6 @@ impl<E: EmitterSampler> Default for Supports<'_, E> {
     fn default() -> Self {
         Self {
             prefixes: Vec::new(),
-            normals: Vec::new(),
             suffixes: Vec::new(),
         }
     }
@@ -40,22 +37,25 @@ impl<E: EmitterSampler> Supports<'_, E> {
     /// Whether surfaces that two pixels see lie alike. It asks nothing of samples, so it is no
     /// bias.
     pub fn sees_alike(&self, own: usize, other: &Self, index: usize) -> bool {
-        match (self.normals[own], other.normals[index]) {
-            (Some(own), Some(other)) => own.dot(other).abs() >= LEAST_COSINE,
-            _ => false,
-        }
+        let normal = |supports: &Self, index: usize| normal_of(supports.prefixes[index].as_ref()?.first());
+        alike(normal(self, own), normal(other, index))
     }
 
     /// Whether the last vertices of two supporting prefixes lie alike. It asks nothing of suffixes.
     pub fn ends_alike(&self, own: usize, other: usize) -> bool {
-        let normal = |index: usize| {
-            let (vertex, _) = self.suffixes[index].as_ref()?.domain().first()?;
-            Some(vertex.point().geometric_normal)
-        };
-        match (normal(own), normal(other)) {
-            (Some(own), Some(other)) => own.dot(other).abs() >= LEAST_COSINE,
-            _ => false,
-        }
+        let normal = |index: usize| normal_of(self.suffixes[index].as_ref()?.domain().first());
+        alike(normal(own), normal(other))
+    }
+}
+
+fn normal_of(first: Option<(&SceneVertex, Vec3)>) -> Option<Vec3> {
+    first.map(|(vertex, _)| vertex.point().geometric_normal)
+}
+
+fn alike(own: Option<Vec3>, other: Option<Vec3>) -> bool {
+    match (own, other) {
+        (Some(own), Some(other)) => own.dot(other).abs() >= LEAST_COSINE,
+        _ => false,
     }
 }
 
