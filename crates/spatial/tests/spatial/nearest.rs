@@ -156,3 +156,42 @@ fn places_that_are_none_are_refused_and_found_nowhere() {
         assert!(found.found().is_empty());
     }
 }
+
+/// A search of few leaves finds what it looks at, in order, and little farther than the nearest.
+#[test]
+fn few_leaves_find_near_sites() {
+    let sites: Vec<SurfaceSite> = (0..4000)
+        .map(|index| {
+            let mut rng = CounterRng::new(9, index, 0);
+            let place = Vec3::new(rng.next_f32(), rng.next_f32(), 0.0);
+            SurfaceSite::new(place, UniformSphere::sample(rng.next_2d()))
+        })
+        .collect();
+    let tree = SiteTree::new(&sites).unwrap();
+    let metric = SiteMetric::new(0.01).unwrap();
+    let (mut few, mut all) = (Nearest::new(3, 1.0), Nearest::new(3, 1.0));
+    let mut means = [0.0; 4];
+    for query in 0..400 {
+        let mut rng = CounterRng::new(10, query, 0);
+        let place = Vec3::new(rng.next_f32(), rng.next_f32(), 0.01);
+        let site = SurfaceSite::new(place, UniformSphere::sample(rng.next_2d()));
+        tree.nearest(&site, metric, &mut all);
+        let mut before = f64::INFINITY;
+        for (mean, leaves) in means.iter_mut().zip([1, 2, 4, u32::MAX]) {
+            few.offer(12345, 0.0);
+            tree.near(&site, metric, leaves, &mut few);
+            assert_eq!(few.found().len(), 3);
+            for neighbour in few.found() {
+                let distance = metric.distance_squared(&site, &sites[neighbour.index as usize]);
+                assert_eq!(neighbour.distance_squared, distance);
+            }
+            let last = few.found()[2].distance_squared;
+            assert!(last <= before && last >= all.found()[2].distance_squared);
+            (*mean, before) = (*mean + last.sqrt() / 400.0, last);
+        }
+        assert_eq!(few.found(), all.found());
+    }
+    assert!(means[0] > means[1] && means[0] < 1.6 * means[3], "{means:?}");
+    tree.near(&sites[0], metric, 0, &mut few);
+    assert!(few.found().is_empty());
+}

@@ -10,7 +10,7 @@ use lightshed_resampling::{
     Conditional, ConditionalShift, ConditionallyIndependent, ContributionWeight, Extent, FinalGather, Input,
     Mis, MixtureRis, PrefixWeight, Reservoir, ShiftMapping,
 };
-use lightshed_sampling::{CounterRng, PathSeed, PrimarySample, f32_from_u32, parallel};
+use lightshed_sampling::{CounterRng, PathSeed, PrimarySample, f32_from_u32, luminance, parallel};
 use lightshed_scene::{Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PrefixDomain, PrefixFinding, PrefixSample, PrefixStart,
@@ -91,6 +91,8 @@ struct Integration<'a, E: EmitterSampler> {
     weight: ContributionWeight<PrimarySample, f64>,
     suffixes: Suffixes<'a, E>,
     own: SuffixReservoir<'a, E>,
+    /// With its own probability of bringing a suffix.
+    gather: FinalGather,
     is_canonical: bool,
     /// Where what it borrows ends, among that of the batch.
     borrowed_end: usize,
@@ -210,16 +212,11 @@ where
     }
 
     /// The prefixes of some pixels, all of them together.
-    fn batch(
-        &self,
-        mut batch: Batch<'_, '_>,
-        ends: Option<&Ends<'_, 'a, E>>,
-        scratch: &mut Scratch<'a, E>,
-    ) {
+    fn batch(&self, mut batch: Batch<'_, '_>, ends: Option<&Ends<'_, 'a, E>>, scratch: &mut Scratch<'a, E>) {
         let further = self.see(&mut batch, scratch);
         let count = self.gather.prefixes();
         let share = 1.0 / count as f32;
-        // Of each start, the pixel's place in the batch and the prefix's number.
+        // Of each start, the pixel's place in the batch.
         let (mut owners, mut starts) = (Vec::new(), Vec::new());
         for place in 0..batch.image.len() {
             for number in 0..count {
@@ -229,7 +226,7 @@ where
                     ray => further[place * (self.camera_rays - 1) as usize + ray as usize - 1].as_ref(),
                 };
                 if let Some(domain) = domain {
-                    owners.push((place, number));
+                    owners.push(place);
                     starts.push(PrefixStart {
                         domain,
                         seed,
@@ -243,26 +240,30 @@ where
         scratch
             .prefixes
             .trace(&starts, true, |start, finding| match finding {
-                PrefixFinding::Light(light) => image[owners[start].0] += light * share,
+                PrefixFinding::Light(light) => image[owners[start]] += light * share,
                 PrefixFinding::Prefix(prefix, last, weight) => {
                     let suffixes =
                         starts[start]
                             .domain
                             .suffixes_from(last.clone(), prefix, self.connectability);
-                    let (place, number) = owners[start];
+                    let place = owners[start];
                     found.push(Integration {
                         place,
                         prefix: *prefix,
                         weight,
                         suffixes: Conditional::new(suffixes),
                         own: Reservoir::empty(CANONICAL_CONFIDENCE),
-                        is_canonical: number < self.gather.canonical(),
+                        gather: self.gather,
+                        is_canonical: false,
                         borrowed_end: 0,
                     });
                 }
             });
+        self.choose(&mut found, &mut batch);
         self.canonical(&mut found, &mut batch, scratch);
-        let Scratch { nearest, borrowed, .. } = scratch;
+        let Scratch {
+            nearest, borrowed, ..
+        } = scratch;
         borrowed.clear();
         for integration in &mut found {
             if let (Some(ends), Some((last, _))) = (ends, integration.suffixes.domain().first()) {
@@ -293,6 +294,37 @@ where
         }
     }
 
+    /// Chooses the prefixes that bring a suffix: by their throughput, which their suffixes are
+    /// multiplied by, as many of a pixel as there are to be, or one fewer.
+    fn choose(&self, found: &mut [Integration<'a, E>], batch: &mut Batch<'_, '_>) {
+        if self.gather.canonical() == self.gather.prefixes() {
+            found
+                .iter_mut()
+                .for_each(|integration| integration.is_canonical = true);
+            return;
+        }
+        let importance = |integration: &Integration<'a, E>| {
+            f64::from(luminance(integration.prefix.throughput())) * integration.weight.value()
+        };
+        let mut sums = vec![0.0; batch.image.len()];
+        for integration in found.iter() {
+            sums[integration.place] += importance(integration);
+        }
+        let draw = |rng: &mut CounterRng| f64::from(rng.next_f32());
+        let mut steps: Vec<f64> = batch.numbers.iter_mut().map(draw).collect();
+        for integration in found {
+            let q = self
+                .gather
+                .survival(importance(integration), sums[integration.place]);
+            // Systematic sampling: equal steps along the sum of the probabilities.
+            let step = &mut steps[integration.place];
+            let before = step.floor();
+            *step += q;
+            integration.is_canonical = step.floor() > before;
+            integration.gather = self.gather.surviving(q);
+        }
+    }
+
     /// Numbers of the lobe and the direction at a prefix's first vertex, stratified over the
     /// prefixes of a pixel, and over its frames, if the frame's points are.
     fn first_numbers(&self, view: FrameView<'_>, index: usize, number: u32) -> [f32; 3] {
@@ -316,7 +348,6 @@ where
         batch: &mut Batch<'_, '_>,
         scratch: &mut Scratch<'a, E>,
     ) {
-        let share = 1.0 / self.gather.canonical() as f32;
         let owners: Vec<usize> = (0..found.len())
             .filter(|&number| found[number].is_canonical)
             .collect();
@@ -340,6 +371,7 @@ where
                 mixtures[tree].candidate(*sample, sample.target(), 1.0, weight, rng);
             } else {
                 // No supporting prefix can have it: the canonical technique alone.
+                let share = integration.gather.own_share() as f32;
                 let weight = (weight.value() * integration.weight.value()) as f32 * share;
                 batch.image[integration.place] +=
                     integration.prefix.throughput() * sample.contribution() * weight;
@@ -363,7 +395,7 @@ where
         let throughput = self.throughput(&integration.prefix);
         let shift = ConditionalShift(self.shift);
         // Fails for pairwise families alone.
-        let _ = self.gather.integrate(
+        let _ = integration.gather.integrate(
             prefix,
             &integration.suffixes,
             &shift,

@@ -49,6 +49,8 @@ pub enum RestirSuffixError {
     PrefixCap(f32),
     /// More borrowed suffixes than [`MAX_BORROWED`].
     Borrowed(u32),
+    /// No leaves to search.
+    SearchLeaves,
     /// A search radius or a scale of normals that is negative, infinite or NaN.
     Search(f32),
 }
@@ -76,6 +78,7 @@ impl fmt::Display for RestirSuffixError {
             }
             Self::PrefixCap(cap) => write!(f, "a confidence cap of {cap} for prefixes is not at least 1"),
             Self::Borrowed(count) => write!(f, "{count} borrowed suffixes are more than {MAX_BORROWED}"),
+            Self::SearchLeaves => write!(f, "a search looks at one leaf at least"),
             Self::Search(share) => write!(
                 f,
                 "a share of {share} of the scene's size is not finite and at least 0"
@@ -108,7 +111,7 @@ impl RestirSuffixOptions {
             canonical: 4,
             borrowed: 1,
             search_radius: 0.2,
-            search_leaves: std::env::var("LEAVES").map_or(u32::MAX, |t| t.parse().unwrap()),
+            search_leaves: 2,
             normal_scale: 0.1,
         }
     }
@@ -129,6 +132,7 @@ impl RestirSuffixOptions {
             camera_rays: 8,
             canonical: 4,
             borrowed: 3,
+            search_leaves: u32::MAX,
             ..Self::real_time(mapping)
         }
     }
@@ -144,6 +148,9 @@ impl RestirSuffixOptions {
         }
         if self.borrowed > MAX_BORROWED {
             return Err(RestirSuffixError::Borrowed(self.borrowed));
+        }
+        if self.search_leaves == 0 {
+            return Err(RestirSuffixError::SearchLeaves);
         }
         for share in [self.search_radius, self.normal_scale] {
             if !(share >= 0.0 && share.is_finite()) {

@@ -340,6 +340,7 @@ fn options_out_of_range_are_refused() {
         RestirSuffixError::PrefixCap(0.5)
     );
     assert_eq!(refused(&|o| o.borrowed = 33), RestirSuffixError::Borrowed(33));
+    assert_eq!(refused(&|o| o.search_leaves = 0), RestirSuffixError::SearchLeaves);
     assert_eq!(
         refused(&|o| o.search_radius = -1.0),
         RestirSuffixError::Search(-1.0)

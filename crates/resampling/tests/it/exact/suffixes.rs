@@ -39,6 +39,8 @@ enum Fault {
     ThroughputTwice,
     /// `1/J` for `J`.
     InverseJacobian,
+    /// Prefixes that were chosen by importance count as if all were chosen alike.
+    SurvivalForgotten,
 }
 
 /// The prefixes of a pixel.
@@ -189,24 +191,35 @@ impl Frame {
 }
 
 /// The gather of pixel 1 over `count` prefixes, `canonical` of them with suffixes of their own,
-/// from all supporting prefixes of a frame.
+/// from all supporting prefixes of a frame. `by_importance`, one prefix alone has a suffix, chosen
+/// by its throughput.
 fn gather(
     frame: &Frame,
-    [count, canonical]: [u32; 2],
+    ([count, canonical], by_importance): ([u32; 2], bool),
     mis: Mis,
     fault: Option<Fault>,
     chooser: &mut Chooser,
 ) -> f64 {
     let gather = FinalGather::new(count, canonical).unwrap();
+    let places: Vec<usize> = (0..count).map(|_| chooser.choose(&PREFIX_PMF)).collect();
+    let sum = places.iter().map(|&z| PREFIX_THROUGHPUT[1][z]).sum();
+    let survival = |&z: &usize| gather.survival(PREFIX_THROUGHPUT[1][z], sum);
+    let survivals: Vec<f64> = places.iter().map(survival).collect();
+    let chosen = by_importance.then(|| chooser.choose(&survivals));
     let shift = ConditionalShift(Reconnect(fault));
     let mut total = 0.0;
-    for number in 0..count {
-        let z = chooser.choose(&PREFIX_PMF);
+    for (number, &z) in places.iter().enumerate() {
+        let has_own = chosen.map_or(number < canonical as usize, |chosen| number == chosen);
+        let gather = match fault {
+            Some(Fault::SurvivalForgotten) => gather,
+            _ if by_importance => gather.surviving(survivals[number]),
+            _ => gather,
+        };
         let prefix = Tractable::<Counting, f64>::from_density(PREFIX_PMF[z] / PREFIX_MEASURE[z]).unwrap();
         let to = Conditional::new(Behind(z));
-        let own = match (number, fault) {
-            (number, _) if number < canonical => draw_suffix(&to, chooser),
-            (_, Some(Fault::CanonicalForgotten)) => Suffix::empty(1e-9),
+        let own = match fault {
+            _ if has_own => draw_suffix(&to, chooser),
+            Some(Fault::CanonicalForgotten) => Suffix::empty(1e-9),
             _ => Suffix::empty(1.0),
         };
         let mut inputs = vec![Input::canonical(&to, &own)];
@@ -239,7 +252,7 @@ fn truth() -> f64 {
         .sum()
 }
 
-fn run(counts: [u32; 2], mis: Mis, fault: Option<Fault>) -> Result<(), String> {
+fn run(counts: ([u32; 2], bool), mis: Mis, fault: Option<Fault>) -> Result<(), String> {
     let result = expectation(|chooser| {
         let first = Frame::first(chooser);
         let second = Frame::next(&first, mis, fault, chooser);
@@ -268,7 +281,7 @@ fn a_gather_over_reused_suffixes_is_exact() {
         Fault::InverseJacobian,
     ];
     for mis in FAMILIES {
-        for caught in check_faults(&faults, |fault| run([2, 1], mis, fault)).unwrap() {
+        for caught in check_faults(&faults, |fault| run(([2, 1], false), mis, fault)).unwrap() {
             println!("{mis:?}, {:?}: {}", caught.fault, caught.message);
         }
     }
@@ -279,7 +292,26 @@ fn a_gather_over_reused_suffixes_is_exact() {
 fn any_number_of_prefixes_will_do() {
     for counts in [[1, 1], [2, 2], [3, 1]] {
         for mis in FAMILIES {
-            run(counts, mis, None).unwrap();
+            run((counts, false), mis, None).unwrap();
         }
     }
+}
+
+#[test]
+fn suffixes_may_go_to_important_prefixes() {
+    for mis in FAMILIES {
+        check_faults(&[Fault::SurvivalForgotten, Fault::CanonicalForgotten], |fault| {
+            run(([2, 1], true), mis, fault)
+        })
+        .unwrap();
+    }
+    run(([3, 1], true), Mis::Balance, None).unwrap();
+    let gather = FinalGather::new(8, 2).unwrap();
+    assert_eq!(gather.survival(3.0, 24.0), 0.25);
+    assert_eq!(gather.survival(23.0, 24.0), 1.0);
+    for (importance, sum) in [(0.0, 24.0), (0.0, 0.0), (f64::NAN, 1.0)] {
+        assert_eq!(gather.survival(importance, sum), 0.0);
+    }
+    assert_eq!(gather.surviving(0.0).own_share(), 0.0);
+    assert_eq!(gather.surviving(0.25).own_share(), gather.own_share());
 }
