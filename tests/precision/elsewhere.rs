@@ -83,7 +83,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "Choose::accept MergeRule::merge MergeRule::merge_and_integrate MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
          Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::drawn Ris::reservoir integrate merge \
          merge_and_integrate merge_several round_trip MergeRule::merge_several Reuse::linked Reuse::linked_integrated SetWeight::merged SetWeight::of_set \
-         Carried::new Reservoir::mutated spread_copies",
+         Carried::new FinalGather::own_share FinalGather::survival FinalGather::surviving Reservoir::mutated spread_copies",
     ),
     (
         "lightshed-resampling",

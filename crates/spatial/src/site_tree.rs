@@ -174,8 +174,8 @@ impl SiteTree {
         self.indices.is_empty()
     }
 
-    /// As [`NearestSites::nearest`], but looks at the `most_leaves` leaves alone that a search meets
-    /// first: at first that which `site` lies in, with seven others. So sites are near, and not
+    /// As [`NearestSites::nearest`], but looks at no more than `most_leaves` leaves of up to eight
+    /// sites: at first that whose part of space `site` lies in. The sites found are near, and not
     /// always the nearest. Which they are depends on positions and normals alone.
     pub fn near(&self, site: &SurfaceSite, metric: SiteMetric, most_leaves: u32, found: &mut Nearest) {
         found.clear();
