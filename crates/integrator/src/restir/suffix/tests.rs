@@ -293,6 +293,20 @@ fn faults_are_found() {
     .unwrap();
 }
 
+/// Suffixes of pixels that reuse from each other.
+#[test]
+fn pairs_agree_too() {
+    let scene = small("cornell", 12);
+    let truth = truth(&scene, 80, 32);
+    let mut options = from_afar();
+    (options.suffixes.pairs, options.suffixes.rounds) = (Some(4), 3);
+    check_faults(&[Fault::InverseJacobian], |fault| {
+        let found = chains(&scene, options, [80, 2], CameraMotion::STILL, fault);
+        agree(&found, &truth)
+    })
+    .unwrap();
+}
+
 #[test]
 fn roulette_saves_rays() {
     let scene = small("cornell", 12);
