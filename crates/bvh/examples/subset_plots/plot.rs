@@ -46,8 +46,10 @@ impl Plot {
         let (low, high) = range(&|p| p[1]);
         // Above the lines is room for their names.
         let names = 16.0 * self.lines.len() as f64 / (HEIGHT - 2.0 * MARGIN);
+        // Below there is some, but nothing below zero.
+        let floor = if low >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
         let (low, high) = (
-            low - 0.05 * (high - low).max(1e-9),
+            (low - 0.05 * (high - low).max(1e-9)).max(floor),
             high + (0.05 + names / (1.0 - names)) * (high - low).max(1e-9),
         );
         let x_of = |x: f64| MARGIN + (scale(x) - left) / (right - left).max(1e-9) * (WIDTH - 2.0 * MARGIN);
