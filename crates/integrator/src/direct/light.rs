@@ -1,10 +1,11 @@
 //! Direct light only.
 
+use super::bsdf_batch::{BsdfBatch, BsdfSampled};
 use super::shadow_batch::ShadowBatch;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, met_emission};
-use crate::ray_batch::{NOWHERE, see_emitters};
+use crate::ray_batch::NOWHERE;
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, PointSet, PointStream, power_heuristic};
 use lightshed_scene::glam::Vec2;
@@ -127,8 +128,9 @@ const TOGETHER: usize = 16;
 const SHIFT_DIMENSION: u32 = u32::MAX;
 
 /// A surface point to be lit.
-struct Lit<K> {
-    vertex: SurfaceVertex,
+#[derive(Clone, Copy)]
+struct Lit<'v, K> {
+    vertex: &'v SurfaceVertex,
     site: K,
     /// Number of its BSDF samples.
     bsdf_samples: u32,
@@ -201,9 +203,10 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         for hit in hits[..count].iter().flatten() {
             scene.prefetch_primitive(hit.primitive);
         }
-        let mut waiting = ShadowBatch::new();
+        let (mut waiting, mut bounced) = (ShadowBatch::new(), None);
+        let numbers = [self.options.emitter_samples, self.options.bsdf_samples];
         let (mut emitted, mut from_emitters) = ([Rgb::ZERO; MAX_BATCH], [Rgb::ZERO; MAX_BATCH]);
-        let mut lit: [Option<Lit<S::Site>>; MAX_BATCH] = [const { None }; MAX_BATCH];
+        let mut from_bsdf = [Rgb::ZERO; MAX_BATCH];
         for place in 0..count {
             let (ray, rng) = (&rays[place], &mut rngs[place]);
             let point = hits[place].map(|hit| scene.surface(ray, &hit));
@@ -214,7 +217,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             let at = Lit {
                 site: self.sampler.site(|| vertex.shading_point()),
                 bsdf_samples: if unwanted { 0 } else { self.options.bsdf_samples },
-                vertex,
+                vertex: &vertex,
             };
             let id = ids[place / each];
             let shift = match each {
@@ -224,20 +227,25 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             self.sample_emitters(&at, (place % each) as u32, shift, rng, |ray, radiance| {
                 waiting.push(scene, ray, place / each, radiance, &mut from_emitters);
             });
-            if at.bsdf_samples > 0 {
-                lit[place] = Some(at);
+            for _ in 0..at.bsdf_samples {
+                let batch = bounced.get_or_insert_with(BsdfBatch::new);
+                if !self.sample_bsdf(&at, place, rng, batch) {
+                    batch.flush(scene, &self.sampler, numbers, &mut from_bsdf);
+                }
             }
         }
         waiting.flush(scene, &mut from_emitters);
-        let from_bsdf = self.sample_bsdfs(&lit[..count], &mut rngs);
+        if let Some(mut batch) = bounced {
+            batch.flush(scene, &self.sampler, numbers, &mut from_bsdf);
+        }
+        // A technique without samples has a sum of zero.
+        let [emitter_samples, bsdf_samples] = numbers.map(|number| number.max(1) as f32);
         values.fill(Rgb::ZERO);
         for place in 0..count {
             let value = &mut values[place / each];
             *value += emitted[place];
-            *value += from_bsdf[place];
+            *value += from_bsdf[place] / bsdf_samples;
         }
-        // A technique without samples has a sum of zero.
-        let emitter_samples = self.options.emitter_samples.max(1) as f32;
         for (value, scattered) in values.iter_mut().zip(from_emitters) {
             *value = (*value + scattered / emitter_samples) / each as f32;
         }
@@ -282,6 +290,33 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         }
     }
 
+    /// A direction sampled by the BSDF, for the owner `place`; false if no further one fits into
+    /// the batch.
+    #[inline(always)]
+    fn sample_bsdf(
+        &self,
+        lit: &Lit<S::Site>,
+        place: usize,
+        rng: &mut PointStream,
+        batch: &mut BsdfBatch<S::Site>,
+    ) -> bool {
+        let u_lobe = rng.next_f32();
+        let Some(sample) = lit.vertex.sample(u_lobe, rng.next_2d()) else {
+            return true;
+        };
+        let sampled = BsdfSampled {
+            owner: place,
+            weight: sample.weight,
+            bounce: Bounce {
+                from: lit.vertex.position(),
+                site: lit.site,
+                pdf: sample.pdf,
+                is_delta: sample.is_delta,
+            },
+        };
+        batch.push(lit.vertex.point.spawn(sample.direction), sampled)
+    }
+
     /// The shadow ray towards a sampled emitter, with `w f |cos θ| L_e / p`.
     #[inline(always)]
     fn towards(&self, lit: &Lit<S::Site>, light: &EmitterSample) -> Option<(Ray, Rgb)> {
@@ -301,67 +336,6 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             lit.vertex.shadow_ray(light),
             scattered.value * light.weight * weight,
         ))
-    }
-
-    /// For each point the mean of the samples of its BSDF.
-    #[inline(never)]
-    fn sample_bsdfs(&self, lit: &[Option<Lit<S::Site>>], rngs: &mut [PointStream]) -> [Rgb; MAX_BATCH] {
-        let scene = self.scene;
-        let mut sums = [Rgb::ZERO; MAX_BATCH];
-        for round in 0..self.options.bsdf_samples {
-            if lit.iter().flatten().all(|at| at.bsdf_samples <= round) {
-                break;
-            }
-            let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH], 0);
-            for (place, (at, rng)) in lit.iter().zip(&mut *rngs).enumerate() {
-                let Some(at) = at.as_ref().filter(|at| round < at.bsdf_samples) else {
-                    continue;
-                };
-                let u_lobe = rng.next_f32();
-                if let Some(sample) = at.vertex.sample(u_lobe, rng.next_2d()) {
-                    rays[count] = at.vertex.point.spawn(sample.direction);
-                    owners[count] = Some((place, sample, at));
-                    count += 1;
-                }
-            }
-            let (traced, mut hits, mut hidden) = (rays, [None; MAX_BATCH], [false; MAX_BATCH]);
-            see_emitters(
-                scene,
-                &mut rays[..count],
-                &mut hits[..count],
-                &mut hidden[..count],
-            );
-            for (((ray, hit), hidden), owner) in traced.iter().zip(hits).zip(hidden).zip(owners).take(count) {
-                let Some((place, sample, at)) = owner.filter(|_| !hidden) else {
-                    continue;
-                };
-                let point = hit.map(|hit| scene.surface(ray, &hit));
-                let emitted = met_emission(scene, ray, point.as_ref());
-                if emitted == Rgb::ZERO {
-                    continue;
-                }
-                let bounce = Bounce {
-                    from: at.vertex.position(),
-                    site: at.site,
-                    pdf: sample.pdf,
-                    is_delta: sample.is_delta,
-                };
-                let weight = if bounce.is_delta {
-                    1.0
-                } else {
-                    let other = bounce.emitter_pdf(&self.sampler, ray, point.as_ref());
-                    power_heuristic(
-                        bounce.pdf * at.bsdf_samples as f32,
-                        other * self.options.emitter_samples as f32,
-                    )
-                };
-                sums[place] += sample.weight * emitted * weight;
-            }
-        }
-        for (sum, at) in sums.iter_mut().zip(lit) {
-            *sum /= at.as_ref().map_or(1, |at| at.bsdf_samples.max(1)) as f32;
-        }
-        sums
     }
 }
 
