@@ -4,7 +4,7 @@
 //! Nothing here is a matter of chance once seeds are fixed: the property must hold for every ray.
 
 use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::Vec3;
+use lightshed_scene::glam::{Quat, Vec3};
 use lightshed_scene::{
     ColorTexture, Geometry, Material, Ray, Rgb, Scene, SceneDescription, ShapeDescription, SphereGeometry,
     SurfacePoint, TriangleMesh, builtin,
@@ -144,7 +144,7 @@ fn objects(center: Vec3, scale: f32, rng: &mut CounterRng) -> Vec<Geometry> {
     // A turned box: faces of two triangles in one plane.
     let turned = lightshed_scene::glam::Affine3A::from_scale_rotation_translation(
         Vec3::splat(0.5 * scale),
-        lightshed_scene::glam::Quat::from_rotation_y(0.3) * lightshed_scene::glam::Quat::from_rotation_x(0.7),
+        Quat::from_rotation_y(0.3) * Quat::from_rotation_x(0.7),
         center,
     );
     objects.push(Geometry::Mesh(builtin::cuboid(turned)));
@@ -194,14 +194,23 @@ fn rays_leave_convex_objects() {
 #[test]
 fn emitters_are_seen_from_surfaces_that_face_them() {
     // A receiving triangle and an emitting one above it, facing each other: nothing lies between.
+    // Level ones, and turned ones: points of a level triangle lie in its plane to the last bit.
+    let turned = Quat::from_rotation_y(0.3) * Quat::from_rotation_x(0.7);
     check_faults(&FAULTS, |fault| {
         let mut rng = CounterRng::new(2, 0, 0);
         let mut samples = 0;
         for scale in SCALES {
             for offset in OFFSETS {
-                for direction in [vector(&mut rng).normalize(), Vec3::Y, Vec3::X] {
+                let random = vector(&mut rng).normalize();
+                for (direction, turn) in [
+                    (random, Quat::IDENTITY),
+                    (Vec3::Y, Quat::IDENTITY),
+                    (Vec3::X, Quat::IDENTITY),
+                    (random, turned),
+                    (Vec3::X, turned),
+                ] {
                     let center = direction * (offset * scale);
-                    let corner = |x: f32, y: f32, z: f32| center + Vec3::new(x, y, z) * scale;
+                    let corner = |x: f32, y: f32, z: f32| center + turn * Vec3::new(x, y, z) * scale;
                     // Counter-clockwise seen from the other one.
                     let receiver = [
                         corner(-1.0, 0.0, -1.0),
@@ -232,7 +241,7 @@ fn emitters_are_seen_from_surfaces_that_face_them() {
                         ..SceneDescription::default()
                     })
                     .unwrap();
-                    let visible = look(&scene, center, scale, fault, &mut rng)?;
+                    let visible = look(&scene, center, turn, scale, fault, &mut rng)?;
                     samples += visible;
                 }
             }
@@ -247,15 +256,20 @@ fn emitters_are_seen_from_surfaces_that_face_them() {
 fn look(
     scene: &Scene,
     center: Vec3,
+    turn: Quat,
     scale: f32,
     fault: Option<Fault>,
     rng: &mut CounterRng,
 ) -> Result<usize, String> {
     let mut samples = 0;
-    for _ in 0..40 {
-        let target = center + Vec3::new(rng.next_f32() - 0.5, 0.0, rng.next_f32() - 0.5) * scale;
+    for index in 0..60 {
+        let target = Vec3::new(rng.next_f32() - 0.5, 0.0, rng.next_f32() - 0.5) * scale;
+        // A third of them close to the center, where coordinates are much less than those of the
+        // corners.
+        let target = center + turn * target * if index % 3 == 0 { 1e-3 } else { 1.0 };
+        let up = turn * Vec3::Y;
         // From between the two, so that the receiver is what is met.
-        let ray = Ray::new(target + Vec3::Y * 0.01 * scale, -Vec3::Y);
+        let ray = Ray::new(target + up * 0.01 * scale, -up);
         let Some(mut point) = scene.intersect(&ray) else {
             continue;
         };
