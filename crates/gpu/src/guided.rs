@@ -63,6 +63,8 @@ impl<'a> GpuGuidedPaths<'a> {
         check_guide(&options)?;
         let options = GuidedPathsOptions {
             points: PointSet::Independent,
+            // The device's roulette goes by throughput: what the host decides has to hold for it.
+            worth_depth: u32::MAX,
             ..options
         };
         let host = GuidedPaths::new(scene, scene.emitters_by_power(), options)

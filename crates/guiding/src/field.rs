@@ -4,6 +4,7 @@ use crate::GuidingError;
 use crate::model::DirectionalModel;
 use crate::options::{FieldOptions, Interpolation};
 use crate::partition::Partition;
+use crate::passage::{Passage, StoredVisit, Visit, learn_passages};
 use crate::recorder::Recorder;
 use crate::sample::{GuidingSample, TrainingSample};
 use crate::share::learn_share;
@@ -32,7 +33,8 @@ pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     /// [`DirectionalModel::stride`] for each slot.
     pub(crate) records: Vec<M::Record>,
     pub(crate) regions: Vec<Region>,
-    recorder: Recorder,
+    recorder: Recorder<TrainingSample>,
+    visits: Recorder<StoredVisit>,
     /// Kept for their memory.
     samples: Vec<TrainingSample>,
     sorted: Vec<TrainingSample>,
@@ -49,6 +51,8 @@ pub(crate) struct Region {
     pub has_learnt: bool,
     /// Samples that it has learnt from itself: none of a part before samples reach it.
     pub samples: u32,
+    /// What paths find that pass it.
+    pub passage: Passage,
 }
 
 /// The field's knowledge at a position.
@@ -105,6 +109,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             share: options.first_share,
             has_learnt: false,
             samples: 0,
+            passage: Passage::default(),
         };
         Ok(Self {
             partition,
@@ -114,6 +119,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             records,
             regions: vec![region; slots],
             recorder: Recorder::default(),
+            visits: Recorder::default(),
             samples: Vec::new(),
             sorted: Vec::new(),
             slots: Vec::new(),
@@ -161,7 +167,24 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
     /// information are left out.
     #[inline]
     pub fn record(&self, samples: &[GuidingSample]) {
-        self.recorder.record(samples);
+        self.recorder
+            .record(samples.iter().filter_map(TrainingSample::new));
+    }
+
+    /// Records vertices of paths, also of those that found nothing: what [`worth`](Self::worth) is
+    /// learnt from. A share of all paths is enough. Any thread may call it.
+    #[inline]
+    pub fn visit(&self, visits: &[Visit]) {
+        self.visits.record(visits.iter().filter_map(StoredVisit::new));
+    }
+
+    /// `√E[w²]` of the paths that pass the region of a position, with `w` what a path finds behind
+    /// its vertex over the throughput with which it arrives ([`Visit`]): what roulette has to know.
+    /// `None` where too few came. A pure function until the next update.
+    #[inline(always)]
+    pub fn worth(&self, position: Vec3) -> Option<f32> {
+        let slot = self.partition.slot(position)?;
+        self.regions[slot as usize].passage.worth()
     }
 
     /// The field's knowledge at a position: `None` outside the box, where nothing was learnt, and
@@ -198,6 +221,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
     pub fn forget_samples(&mut self) {
         self.recorder.take(&mut self.samples);
         self.samples.clear();
+        self.visits = Recorder::default();
     }
 
     /// Learns from all samples since the last update: divides space again, then lets each region
@@ -229,6 +253,12 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             self.populate();
             self.locate();
         }
+        let passages = self.regions.iter_mut().map(|region| &mut region.passage);
+        learn_passages(
+            &mut self.visits,
+            |position| self.partition.slot(position),
+            passages,
+        );
         Ok(self.learn())
     }
 
@@ -270,6 +300,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                     regions[slot] = self.regions[origin as usize];
                     if parts[origin as usize] > 1 {
                         regions[slot].samples = 0;
+                        regions[slot].passage = regions[slot].passage.of_part();
                     }
                 }
                 None => self.model.reset(own),

@@ -36,6 +36,7 @@ mod markov;
 mod model;
 mod options;
 mod partition;
+mod passage;
 mod quadtree;
 mod ranges;
 mod recorder;
@@ -66,6 +67,7 @@ pub use markov::{
 pub use model::DirectionalModel;
 pub use options::{FieldOptions, Interpolation};
 pub use partition::Partition;
+pub use passage::Visit;
 pub use quadtree::{
     CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeGoal, QuadtreeModel,
     QuadtreeOptions, SeenQuadtree,

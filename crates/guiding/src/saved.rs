@@ -9,7 +9,7 @@ use glam::Vec3;
 use lightshed_spatial::Bounds;
 
 /// Version of the layout of [`SavedField`].
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// The learnt data of a field, without its options; `R` is the model's record of a region. With the
 /// feature `serde` it can be written and read in any format.
@@ -66,6 +66,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         holds(is_sound, "a region's records make no sense")?;
         let is_share = |region: &Region| (0.0..=1.0).contains(&region.share);
         holds(saved.regions.iter().all(is_share), "a share is not in 0..=1")?;
+        let is_passage = |region: &Region| region.passage.is_sound();
+        holds(saved.regions.iter().all(is_passage), "a passage makes no sense")?;
         field.records.clone_from(&saved.records);
         field.regions.clone_from(&saved.regions);
         Ok(field)

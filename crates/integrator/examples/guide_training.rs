@@ -53,6 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
             }
             "parallax" => options.quadtree.parallax = value.parse()?,
+            "worth" => options.worth_depth = value.parse()?,
             "roulette" => options.roulette_depth = value.parse()?,
             "table" => table = value.parse()?,
             "seed" => seed = value.parse()?,
@@ -74,6 +75,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut blocks = [[0.0f64; 16]; 16];
     let frames: u32 = argument(4, "24").parse()?;
     // Of the frames since the last update: their number and the sum of their variances.
+    // Of frames that train nothing: their number, CPU-seconds, rays and vertices.
+    let (mut guided, mut plain_rays) = ([0.0f64; 4], 0.0);
     let (mut count, mut sum, mut certainty) = (0.0, 0.0, 0.0);
     let begin = process_cpu_seconds().unwrap_or(0.0);
     if table {
@@ -81,7 +84,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     for frame in 0..frames {
         let start = std::time::Instant::now();
-        method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
+        let before = process_cpu_seconds().unwrap_or(0.0);
+        let counts = method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
+        let vertices = counts.map_or(0, |rays| rays.camera + rays.path);
+        let rays = vertices + counts.map_or(0, |rays| rays.emitter);
+        if frame == 0 {
+            plain_rays = rays as f64;
+        }
+        if frame >= options.training {
+            let frame = process_cpu_seconds().unwrap_or(0.0) - before;
+            for (sum, more) in guided.iter_mut().zip([1.0, frame, rays as f64, vertices as f64]) {
+                *sum += more;
+            }
+        }
         for (pixel, value) in image.iter().enumerate().filter(|_| frame >= 16) {
             blocks[pixel / 128 / 8][pixel % 128 / 8] += f64::from(value.length_squared());
         }
@@ -114,6 +129,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         plain * plain_seconds * certainty / seconds,
         if method.is_dropped() { ", dropped" } else { "" }
     );
+    let [trained, trained_seconds, rays, vertices] = guided;
+    if trained > 0.0 && !method.is_dropped() {
+        let of_plain = trained_seconds / trained / (plain_seconds / f64::from(frames));
+        println!(
+            "a trained frame: {:.2} of a plain one's rays, {of_plain:.2} of its time; a vertex costs {:.2} rays more",
+            rays / trained / plain_rays,
+            (of_plain * plain_rays - rays / trained) / (vertices / trained)
+        );
+    }
     if !table {
         return Ok(());
     }

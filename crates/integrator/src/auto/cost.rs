@@ -77,7 +77,7 @@ const USUAL_PATH: [RayCounts; 2] = [
 const USUAL_PIXELS: f64 = 4.0;
 
 /// What a path with a guide costs, in plain ones: the guide is asked and taught at each vertex.
-const GUIDED: f64 = 2.7;
+const GUIDED: f64 = 2.0;
 
 /// Paths of a frame in a pixel, in the time of plain ones.
 fn paths_of_frame(method: &Method) -> f64 {
@@ -100,19 +100,26 @@ fn chosen(method: &Method) -> f64 {
     }
 }
 
+/// `r` of diffuse surfaces, and what glossy ones add to it: the cost of a ray with the shading at its
+/// end, in that of a scene of few triangles.
+pub(crate) fn ray_cost(features: &SceneFeatures) -> (f64, f64) {
+    let doublings = (features.triangles.max(1) as f64).log2();
+    let ray = match features.tree {
+        true => 1.0 + RAY_OF_LARGE[1] * (doublings - RAY_OF_LARGE[0]).max(0.0),
+        false => RAY_WITHOUT_TREE,
+    };
+    let glossy = features.glossy_materials as f64 / features.materials.max(1) as f64;
+    (ray, GLOSSY * glossy)
+}
+
 impl FrameCost {
     /// Of a method of the registry in a scene of these features.
     pub(super) fn of(method: &Method, features: &SceneFeatures) -> Self {
         let finite = features.area_emitters + features.delta_emitters;
         let (_, beside) = measured(method);
-        let doublings = (features.triangles.max(1) as f64).log2();
-        let ray = match features.tree {
-            true => 1.0 + RAY_OF_LARGE[1] * (doublings - RAY_OF_LARGE[0]).max(0.0),
-            false => RAY_WITHOUT_TREE,
-        };
-        let glossy = features.glossy_materials as f64 / features.materials.max(1) as f64;
+        let (ray, of_glossy) = ray_cost(features);
         Self {
-            ray: ray + GLOSSY * glossy,
+            ray: ray + of_glossy,
             scale: ray.max(1.0),
             beside,
             choice: match method.values().light_choosing() {

@@ -4,7 +4,7 @@ use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
     BinaryTree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
-    QuadtreeModel, SeenQuadtree, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
+    QuadtreeModel, SeenQuadtree, Visit, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -74,6 +74,28 @@ impl SceneField {
             Self::SdTree(field) => field.record(samples),
             Self::Vmf(field) => field.record(samples),
             Self::Mixture(field) => field.record(samples),
+        }
+    }
+
+    /// [`GuidingField::visit`].
+    #[inline]
+    pub fn visit(&self, visits: &[Visit]) {
+        match self {
+            Self::Quadtree(field) => field.visit(visits),
+            Self::SdTree(field) => field.visit(visits),
+            Self::Vmf(field) => field.visit(visits),
+            Self::Mixture(field) => field.visit(visits),
+        }
+    }
+
+    /// [`GuidingField::worth`].
+    #[inline(always)]
+    pub fn worth(&self, position: Vec3) -> Option<f32> {
+        match self {
+            Self::Quadtree(field) => field.worth(position),
+            Self::SdTree(field) => field.worth(position),
+            Self::Vmf(field) => field.worth(position),
+            Self::Mixture(field) => field.worth(position),
         }
     }
 

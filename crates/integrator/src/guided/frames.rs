@@ -2,16 +2,19 @@
 
 use super::combination::Combination;
 use super::field::SceneField;
+use super::guide::FieldGuide;
 use super::need::guide_need;
 use super::options::{GuideError, GuidedPathsOptions};
 use super::recorder::FieldRecorder;
+use crate::auto::ray_cost;
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::PathTracer;
 use crate::path::guide::DirectionGuide;
 use crate::path::observer::PathObserver;
+use crate::path::{FrameOfPaths, PathTracer};
 use crate::volume::volpath::{VolumePathTracer, VolumeTracking};
-use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, SampledFrames};
-use lightshed_scene::{Rgb, Scene};
+use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, RayTally, SampledFrames};
+use lightshed_scene::{Rgb, Scene, SceneFeatures};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Path tracing with a guide that learns from earlier frames.
@@ -25,7 +28,11 @@ use std::sync::atomic::AtomicBool;
 ///
 /// A guide that gains less than it costs is dropped. The first frame has no guide and shows the
 /// variance without one. If that is not larger by more than the cost of guided paths, the remaining
-/// frames are plain paths. The decision depends on samples alone and not on time.
+/// frames are plain paths. The cost is counted, in rays and in questions to the guide: the decision
+/// depends on samples alone and not on time.
+///
+/// A guided path goes on at a vertex with a probability that depends on what paths have found behind
+/// such vertices ([`Visit`](lightshed_guiding::Visit)).
 pub struct GuidedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
@@ -38,12 +45,18 @@ pub struct GuidedPaths<'a, S> {
     /// Standard error of that.
     unguided_error: f64,
     is_dropped: bool,
+    /// Rays of that frame.
+    plain_rays: RayCounts,
+    /// What a ray of this scene costs, in times of one of a scene of few triangles.
+    ray_cost: f64,
+    /// `√(C / V)` of the last frames, for roulette.
+    roulette: Option<f32>,
     halves: [Vec<Rgb>; 2],
     before: Vec<Rgb>,
 }
 
-/// Assumed cost of a guided path, in plain ones.
-const COST: f64 = 2.5;
+/// Cost of a guided path in plain ones, where rays are not counted.
+const UNCOUNTED_COST: f64 = 2.5;
 /// Number of frames after which a guide must gain more than it costs.
 const TRAINED: f64 = 16.0;
 /// Number of standard errors by which a guide that is not yet trained must be worse.
@@ -63,6 +76,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         let settings = scene.settings();
         let size = [settings.width, settings.height];
         let pixels = size[0] as usize * size[1] as usize;
+        let (diffuse, glossy) = ray_cost(&SceneFeatures::of(scene));
         Ok(Self {
             scene,
             sampler,
@@ -73,6 +87,9 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             unguided: 0.0,
             unguided_error: 0.0,
             is_dropped: guide_need(scene).is_err(),
+            plain_rays: RayCounts::default(),
+            ray_cost: diffuse + glossy,
+            roulette: None,
             halves: [vec![Rgb::ZERO; pixels], vec![Rgb::ZERO; pixels]],
             before: vec![Rgb::ZERO; pixels],
         })
@@ -145,12 +162,12 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             true => self.halves_elsewhere(frame, seed, render)?,
             false => self.halves(frame, seed, cancel)?,
         };
-        self.combine(frame, image);
+        self.combine(frame, image, rays);
         Some(rays)
     }
 
     /// Adds the halves to the combination, and learns.
-    fn combine(&mut self, frame: u32, image: &mut [Rgb]) {
+    fn combine(&mut self, frame: u32, image: &mut [Rgb], rays: RayCounts) {
         let [first, second] = &self.halves;
         self.combination.add([first, second]);
         let (number, before) = (frame as f32, &mut self.before);
@@ -158,7 +175,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             image[pixel] = value + number * (value - before[pixel]);
             before[pixel] = value;
         });
-        self.learn(frame);
+        self.learn(frame, rays);
     }
 
     /// Renders both halves of a frame. `None` if it was cancelled.
@@ -183,6 +200,8 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         let plain = plain.with_depths(settings.max_depth, roulette);
         // The field is lent to the tracer while the images are written.
         let field = &self.field;
+        let roulette = self.roulette.map(|scale| (scale, self.options.worth_depth));
+        let guide = FieldGuide::new(field, roulette);
         if self.trains(frame) {
             // Frames from one update to the next.
             let frames = match self.options.every_frame {
@@ -193,29 +212,52 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             let expected =
                 pixels * f64::from(self.options.samples) * f64::from(frames.max(1)) * SAMPLES_OF_PATH;
             let share = (f64::from(self.options.max_recorded) / expected).min(1.0);
-            let recorder = FieldRecorder::new(field, share);
-            let tracer = plain.with_guide(field).with_observer(recorder);
+            let recorder = FieldRecorder::new(field, share, self.options.worth_depth < u32::MAX);
+            let tracer = plain.with_guide(guide).with_observer(recorder);
             return half.render(tracer, &mut self.halves, cancel);
         }
-        let tracer = plain.with_guide(field);
+        let tracer = plain.with_guide(guide);
         half.render(tracer, &mut self.halves, cancel)
     }
 
+    /// What a frame of so many rays costs beside one of plain paths, training left out. Counts do not
+    /// depend on the machine.
+    fn cost(&self, rays: RayCounts) -> f64 {
+        let plain = all(self.plain_rays);
+        if !(plain > 0.0) {
+            return UNCOUNTED_COST;
+        }
+        let vertices = (rays.camera + rays.path) as f64;
+        (all(rays) + self.options.kind.look_up_cost() / self.ray_cost * vertices) / plain
+    }
+
+    /// `√(C / V)` of frames of this variance that trace so many rays.
+    fn scale(&self, variance: f64, rays: RayCounts) -> Option<f32> {
+        let pixels = f64::from(self.size[0]) * f64::from(self.size[1]);
+        let samples = f64::from(self.options.samples);
+        let cost = all(rays) / (pixels * samples);
+        let variance = variance * samples / (3.0 * pixels);
+        let scale = (cost / variance).sqrt() as f32;
+        (scale > 0.0 && scale.is_finite()).then_some(scale)
+    }
+
     /// Learns, and decides whether that was worth it.
-    fn learn(&mut self, frame: u32) {
+    fn learn(&mut self, frame: u32, rays: RayCounts) {
         let (variance, trains) = (self.combination.variance(), self.learns_after(frame));
         let error = self.combination.variance_error();
         if self.is_dropped || !(trains || frame + 1 == self.options.training) {
             return;
         }
         self.combination.next_iteration();
+        self.roulette = self.scale(variance, rays);
         if frame == 0 {
             (self.unguided, self.unguided_error) = (variance, error);
+            self.plain_rays = rays;
         }
         // A guide that has learnt little must only gain; a trained one must gain more than it
         // costs.
         let progress = f64::from(frame + 1).log2() / TRAINED.log2();
-        let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
+        let cost = self.cost(rays).powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
         // While it learns, only what is certain counts: rare bright paths are most of some
         // variances.
         let doubt = if progress < 1.0 {
@@ -231,6 +273,11 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         // Too many regions are no reason to stop: what was learnt stays.
         let _ = self.field.update();
     }
+}
+
+/// Number of rays of all kinds.
+fn all(rays: RayCounts) -> f64 {
+    rays.by_name().map(|(_, count)| count as f64).iter().sum()
 }
 
 /// Paths of half a frame that train nothing.
@@ -267,7 +314,16 @@ impl HalfFrames {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         match self.volume {
-            None => self.render_with(tracer, halves, cancel),
+            None => {
+                let tally = Arc::new(RayTally::default());
+                let frame = FrameOfPaths {
+                    camera: tracer.transport.scene.camera().clone(),
+                    visible: None,
+                    tally: Arc::clone(&tally),
+                };
+                self.render_with(tracer.in_frame(frame), halves, cancel)?;
+                Arc::into_inner(tally).map(|mut tally| tally.take())
+            }
             Some(tracking) => {
                 let tracer = VolumePathTracer::of_tracer(tracer).with_tracking(tracking);
                 self.render_with(tracer, halves, cancel)
@@ -304,7 +360,7 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for GuidedPaths<'_, S> {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let rays = self.halves(frame, seed, cancel)?;
-        self.combine(frame, image);
+        self.combine(frame, image, rays);
         Some(rays)
     }
 }

@@ -3,6 +3,7 @@
 mod combination;
 mod field;
 mod frames;
+mod guide;
 mod need;
 mod options;
 mod recorder;

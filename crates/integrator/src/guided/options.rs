@@ -35,6 +35,17 @@ impl GuideKind {
             Self::Mixture => "mcmm",
         }
     }
+
+    /// What a vertex with a guide costs beyond one without, in times of a ray of a scene of few
+    /// triangles, with the shading at its end. The constants are measured, see `docs/guiding.md`.
+    pub(super) fn look_up_cost(self) -> f64 {
+        match self {
+            Self::Quadtree => 1.7,
+            Self::SdTree => 2.0,
+            Self::Vmf => 1.8,
+            Self::Mixture => 2.6,
+        }
+    }
 }
 
 /// A name that none of [`GuideKind::ALL`] has.
@@ -90,6 +101,9 @@ pub struct GuidedPathsOptions {
     /// samples bright directions often and with small weights, and roulette by these weights would
     /// end just the paths that find light.
     pub roulette_depth: u32,
+    /// First edge at which roulette by what a path is worth may end a guided path, see
+    /// [`Visit`](lightshed_guiding::Visit); none where that is later than all edges.
+    pub worth_depth: u32,
     /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
     pub volume: Option<VolumeTracking>,
 }
@@ -114,6 +128,7 @@ impl GuidedPathsOptions {
             max_recorded: 1 << 23,
             may_drop: true,
             roulette_depth: 12,
+            worth_depth: 2,
             volume: None,
         }
     }

@@ -1,9 +1,9 @@
 //! Paths as samples for a field.
 
 use super::field::SceneField;
-use crate::path::observer::{ObservedPath, PathObserver};
+use crate::path::observer::{ObservedPath, PathObserver, PathVertex};
 use lightshed_film::SampleId;
-use lightshed_guiding::GuidingSample;
+use lightshed_guiding::{GuidingSample, Visit};
 use lightshed_sampling::{CounterRng, Density, luminance};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
@@ -20,20 +20,75 @@ pub struct FieldRecorder<'f> {
     field: &'f SceneField,
     /// Paths are kept whose random word is not above this.
     threshold: u32,
+    /// Whether some paths tell what they found at each vertex, for roulette.
+    visits: bool,
 }
 
 /// The word of a path's stream that decides whether it is kept; the path itself does not use it.
 const KEEP_WORD: u32 = u32::MAX;
+/// The word that decides whether it tells what it found at every vertex, as one of so many paths does.
+const VISIT_WORD: u32 = u32::MAX - 1;
+const VISITING: u32 = 4;
 /// Samples that go to the field together.
 const TOGETHER: usize = 16;
 
 impl<'f> FieldRecorder<'f> {
-    /// Keeps this share of the paths, chosen by the names of their samples.
-    pub fn new(field: &'f SceneField, share: f64) -> Self {
+    /// Keeps this share of the paths, chosen by the names of their samples. With `visits` the field
+    /// learns, too, what paths are worth.
+    pub fn new(field: &'f SceneField, share: f64, visits: bool) -> Self {
         let threshold = (share * f64::from(u32::MAX)) as u32;
-        Self { field, threshold }
+        Self {
+            field,
+            threshold,
+            visits,
+        }
     }
 }
+
+impl FieldRecorder<'_> {
+    /// Tells what one path in four found behind each of its vertices. Which ones is a matter of their
+    /// samples' names.
+    fn visit(&self, path: &ObservedPath<'_>) {
+        let pixel = path.id.y << 16 | path.id.x;
+        if CounterRng::at(path.seed, pixel, path.id.index, VISIT_WORD) > u32::MAX / VISITING {
+            return;
+        }
+        let mut visits = [NO_VISIT; TOGETHER];
+        let mut count = 0;
+        for vertex in path.vertices {
+            if vertex.onward.is_some_and(|onward| onward.is_delta) {
+                continue;
+            }
+            visits[count] = Visit {
+                position: vertex.position,
+                weight: luminance(found_behind(path, vertex)),
+                survival: vertex.onward.map_or(1.0, |onward| onward.survival),
+            };
+            count += 1;
+            if count == TOGETHER {
+                self.field.visit(&visits);
+                count = 0;
+            }
+        }
+        self.field.visit(&visits[..count]);
+    }
+}
+
+/// Radiance that a path found behind a vertex, over the throughput with which it arrived there.
+fn found_behind(path: &ObservedPath<'_>, vertex: &PathVertex) -> Rgb {
+    let behind = path.contributions.iter();
+    let behind = behind.filter(|light| light.edges > vertex.depth + u32::from(light.is_sampled_emitter));
+    let found: Rgb = behind.map(|light| light.radiance).sum();
+    let over = |found: f32, throughput: f32| if throughput > 0.0 { found / throughput } else { 0.0 };
+    let Rgb { x, y, z } = vertex.throughput;
+    Rgb::new(over(found.x, x), over(found.y, y), over(found.z, z))
+}
+
+const NO_VISIT: Visit = Visit {
+    position: Vec3::ZERO,
+    weight: 0.0,
+    survival: 1.0,
+};
 
 impl PathObserver for FieldRecorder<'_> {
     fn wants(&self, id: SampleId, seed: u64) -> bool {
@@ -42,6 +97,9 @@ impl PathObserver for FieldRecorder<'_> {
     }
 
     fn observe(&self, path: &ObservedPath<'_>) {
+        if self.visits {
+            self.visit(path);
+        }
         // Nothing is learnt from what found nothing.
         if path.contributions.is_empty() {
             return;
@@ -52,16 +110,10 @@ impl PathObserver for FieldRecorder<'_> {
             let Some(onward) = vertex.onward.filter(|onward| !onward.is_delta) else {
                 continue;
             };
-            let behind = path.contributions.iter();
-            let behind =
-                behind.filter(|light| light.edges > vertex.depth + u32::from(light.is_sampled_emitter));
-            let found: Rgb = behind.map(|light| light.radiance).sum();
-            if found == Rgb::ZERO {
+            let scattered = found_behind(path, vertex);
+            if scattered == Rgb::ZERO {
                 continue;
             }
-            let over = |found: f32, throughput: f32| if throughput > 0.0 { found / throughput } else { 0.0 };
-            let Rgb { x, y, z } = vertex.throughput;
-            let scattered = Rgb::new(over(found.x, x), over(found.y, y), over(found.z, z));
             let next = path.vertices.get(index + 1);
             samples[count] = GuidingSample {
                 position: vertex.position,

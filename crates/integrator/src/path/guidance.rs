@@ -3,8 +3,10 @@
 
 use super::guide::{DirectionGuide, GuidedVertex, usable_share};
 use super::transport::Transport;
+use crate::emitter_sampler::EmitterSampler;
 use lightshed_lanes::{LANES, LaneKernel, Lanes};
 use lightshed_sampling::DirectionDistribution;
+use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
 /// Eight vectors in memory, coordinate by coordinate.
@@ -37,6 +39,9 @@ pub(super) struct GuideQuestions {
     /// The numbers that choose between BSDF and guide, and those of a direction.
     pub u_lobe: [f32; LANES],
     pub u: [[f32; LANES]; 2],
+    /// Of the paths as they come, by their edges of this number.
+    pub throughput: VectorRows,
+    pub depth: u32,
 }
 
 /// The answers.
@@ -53,28 +58,35 @@ pub(super) struct GuideAnswers {
     pub direction: VectorRows,
     /// `p_g` of the direction, the guide's or the BSDF's.
     pub pdf: [f32; LANES],
+    /// Probabilities of survival that the guide asks for, in the lanes `judged`.
+    pub survival: [f32; LANES],
+    pub judged: u32,
 }
 
 impl GuideQuestions {
     /// Asks the guide in the lanes `wanted`. In a function of its own, with the lanes'
     /// instructions: guides count bits.
     #[inline(never)]
-    pub fn ask<S, G: DirectionGuide>(&self, transport: &Transport<'_, S, G>, wanted: u32) -> GuideAnswers {
+    pub fn ask<S: EmitterSampler, G: DirectionGuide>(
+        &self,
+        transport: &Transport<'_, S, G>,
+        wanted: u32,
+    ) -> GuideAnswers {
         transport.lanes.run(Ask {
             questions: self,
-            guide: &transport.guide,
+            transport,
             wanted,
         })
     }
 }
 
-struct Ask<'q, G> {
+struct Ask<'q, 's, S, G> {
     questions: &'q GuideQuestions,
-    guide: &'q G,
+    transport: &'q Transport<'s, S, G>,
     wanted: u32,
 }
 
-impl<G: DirectionGuide> LaneKernel for Ask<'_, G> {
+impl<S: EmitterSampler, G: DirectionGuide> LaneKernel for Ask<'_, '_, S, G> {
     type Output = GuideAnswers;
 
     #[inline(always)]
@@ -87,6 +99,8 @@ impl<G: DirectionGuide> LaneKernel for Ask<'_, G> {
             failed: 0,
             direction: [[0.0; LANES]; 3],
             pdf: [0.0; LANES],
+            survival: [1.0; LANES],
+            judged: 0,
         };
         let mut left = self.wanted;
         while left != 0 {
@@ -97,8 +111,13 @@ impl<G: DirectionGuide> LaneKernel for Ask<'_, G> {
                 normal: Some(vector(&questions.normal, lane)),
                 outgoing: vector(&questions.outgoing, lane),
             };
+            let throughput: Rgb = vector(&questions.throughput, lane);
+            if let Some(survival) = self.transport.survival(|| vertex, throughput, questions.depth) {
+                answers.survival[lane] = survival;
+                answers.judged |= 1 << lane;
+            }
             // Distributions may be large: they are not moved.
-            let guidance = self.guide.guide(&vertex);
+            let guidance = self.transport.guide.guide(&vertex);
             let Some((directions, share)) = &guidance else {
                 continue;
             };

@@ -1,6 +1,7 @@
 //! Guides: directions besides those of the BSDF or phase function.
 
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
+use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
 /// A vertex, as a guide sees it.
@@ -36,7 +37,19 @@ pub trait DirectionGuide: Sync {
     /// all to the BSDF. `α` is clamped to 0 to [`MAX_GUIDE_SHARE`]; NaN counts as 0. A pure
     /// function as long as paths are traced.
     fn guide(&self, vertex: &GuidedVertex) -> Option<(Self::Distribution<'_>, f32)>;
+
+    /// The probability with which a path is to go on from a vertex that it reached with this
+    /// `throughput` by its edge number `depth`; `None` leaves that to roulette by throughput. It is
+    /// clamped to [`LEAST_SURVIVAL`] to 1. A pure function as long as paths are traced; it knows
+    /// nothing of the direction in which the path would go on.
+    #[inline(always)]
+    fn survival(&self, _vertex: &GuidedVertex, _throughput: Rgb, _depth: u32) -> Option<f32> {
+        None
+    }
 }
+
+/// Least probability of survival that a guide may ask for: weights grow by at most its inverse.
+pub const LEAST_SURVIVAL: f32 = 0.1;
 
 /// Largest share of directions that a guide gets: light that it does not know must be found, too.
 pub const MAX_GUIDE_SHARE: f32 = 0.99;
@@ -87,5 +100,10 @@ impl<G: DirectionGuide> DirectionGuide for &G {
     #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(G::Distribution<'_>, f32)> {
         G::guide(self, vertex)
+    }
+
+    #[inline(always)]
+    fn survival(&self, vertex: &GuidedVertex, throughput: Rgb, depth: u32) -> Option<f32> {
+        G::survival(self, vertex, throughput, depth)
     }
 }

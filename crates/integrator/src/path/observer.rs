@@ -78,6 +78,8 @@ pub struct PathDirection {
     pub scattering_pdf: Density<SolidAngle>,
     /// Whether it left by a lobe without width.
     pub is_delta: bool,
+    /// Probability with which roulette let it go on.
+    pub survival: f32,
     /// Weight in the pixel of radiance that arrives from there: `f |cos θ| / p` times the
     /// throughput, divided by the probability of having survived roulette.
     pub throughput: Rgb,

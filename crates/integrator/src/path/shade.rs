@@ -253,6 +253,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let mut scattering_pdf = local.z * L::splat(FRAC_1_PI);
         let (mut direction_pdf, mut light_pdf) = (scattering_pdf, pdf);
         let mut weight = point.reflectance;
+        let (mut judged, mut by_guide) = (L::Mask::from_bits(0), one);
         if Self::GUIDED {
             let [u0, u1] = numbers.u_direction();
             let questions = GuideQuestions {
@@ -266,8 +267,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 scatters: scatters.bits(),
                 u_lobe: numbers.u_lobe().store(),
                 u: [u0.store(), u1.store()],
+                throughput: before.store(),
+                depth: self.depth,
             };
             let answers = questions.ask(self.transport, seen.bits());
+            judged = L::Mask::from_bits(answers.judged);
+            by_guide = L::load(&answers.survival);
             let share = L::load(&answers.share);
             let (own, has) = (one - share, zero.less(share));
             light_pdf = pdf * own + L::load(&answers.light_pdf) * share;
@@ -278,15 +283,15 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             scattering_pdf = guided_pdf.select(picked, scattering_pdf);
             direction_pdf = scattering_pdf * own + L::load(&answers.pdf) * share;
             let value = point.reflectance * guided_pdf;
-            let by_guide = Vec3Lanes::new(
+            let of_guide = Vec3Lanes::new(
                 value.x / direction_pdf,
                 value.y / direction_pdf,
                 value.z / direction_pdf,
             );
             let by_bsdf = point.reflectance * (scattering_pdf / direction_pdf);
-            weight = by_guide.select(picked, by_bsdf.select(has, point.reflectance));
+            weight = of_guide.select(picked, by_bsdf.select(has, point.reflectance));
             let infinity = L::splat(f32::INFINITY);
-            let finite = by_guide.x.less(infinity) & by_guide.y.less(infinity) & by_guide.z.less(infinity);
+            let finite = of_guide.x.less(infinity) & of_guide.y.less(infinity) & of_guide.z.less(infinity);
             let sound = zero.less(direction_pdf) & finite & !L::Mask::from_bits(answers.failed);
             scatters = (scatters & !picked) | (seen & picked & sound);
         }
@@ -310,8 +315,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
         let mut survives = scatters & !black;
         let eta_squared = paths.eta_squared.load::<L>(place);
-        if self.depth >= self.transport.roulette_depth {
-            let survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
+        let mut survival = one;
+        if self.depth >= self.transport.roulette_depth || judged.bits() != 0 {
+            if self.depth >= self.transport.roulette_depth {
+                survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
+            }
+            survival = by_guide.select(judged, survival);
             survives = survives & numbers.u_roulette().less(survival);
             throughput = Vec3Lanes::new(
                 throughput.x / survival,
@@ -358,6 +367,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 direction: direction.store(),
                 pdf: direction_pdf.store(),
                 scattering_pdf: scattering_pdf.store(),
+                survival: survival.store(),
             };
             self.report(place, &vertices, lanes);
         }

@@ -7,7 +7,7 @@
 //! `w_e = p_e² / (p_e² + p_b²)`, `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4,
 //! eq. 9.10). If only one of them can find an emitter, its weight is 1.
 
-use super::guide::{DirectionGuide, NoGuide};
+use super::guide::{DirectionGuide, GuidedVertex, LEAST_SURVIVAL, NoGuide};
 use super::observer::{PathDirection, PathVertex};
 use super::scattering::{EmitterLight, Scattering, SurfaceVertex, Vertex};
 use crate::emitter_sampler::EmitterSampler;
@@ -77,6 +77,16 @@ pub(crate) struct Bounce<K> {
     pub pdf: Density<SolidAngle>,
     /// Whether it left by a lobe for which no emitter sample counts.
     pub is_delta: bool,
+}
+
+/// How a path goes on from a vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Onward {
+    pub direction: Vec3,
+    /// Density of the direction without a guide.
+    pub own_pdf: Density<SolidAngle>,
+    /// Probability with which roulette let it go on.
+    pub survival: f32,
 }
 
 /// Light on its way from an emitter through a point to the path, if nothing blocks it.
@@ -172,6 +182,27 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         Scattering::new(vertex, &self.guide)
     }
 
+    /// The probability of survival that the guide asks for.
+    #[inline(always)]
+    pub fn survival(
+        &self,
+        vertex: impl FnOnce() -> GuidedVertex,
+        throughput: Rgb,
+        depth: u32,
+    ) -> Option<f32> {
+        if !G::IS_ACTIVE || cfg!(lightshed_without = "guide") {
+            return None;
+        }
+        let asked = self.guide.survival(&vertex(), throughput, depth)?;
+        let most = if depth >= self.roulette_depth {
+            SURVIVAL_CAP
+        } else {
+            1.0
+        };
+        // What is no number becomes the least.
+        Some(asked.max(LEAST_SURVIVAL).min(most))
+    }
+
     /// Data of a vertex for the selection of emitters.
     #[inline(always)]
     pub fn site(&self, vertex: &impl Vertex) -> S::Site {
@@ -209,8 +240,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// Continues a path from the vertex at the end of its edge number `depth`; returns the unit
-    /// direction with its density without a guide, or `None` if it ends.
+    /// Continues a path from the vertex at the end of its edge number `depth`; `None` if it ends.
     #[inline(always)]
     pub fn scatter<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -220,15 +250,22 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         depth: u32,
         u_lobe: f32,
         numbers: &mut impl VertexStream,
-    ) -> Option<(Vec3, Density<SolidAngle>)> {
+    ) -> Option<Onward> {
         let sample = at.sample(u_lobe, numbers.direction())?;
+        let before = path.throughput;
         path.throughput *= sample.weight;
         if path.throughput == Rgb::ZERO {
             return None;
         }
         path.eta_squared *= sample.eta * sample.eta;
-        if depth >= self.roulette_depth {
-            let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
+        let mut survival = 1.0;
+        let by_guide = match sample.is_delta {
+            true => None,
+            false => self.survival(|| at.vertex.guided(), before, depth),
+        };
+        if by_guide.is_some() || depth >= self.roulette_depth {
+            survival = by_guide
+                .unwrap_or_else(|| (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP));
             if numbers.roulette() >= survival {
                 return None;
             }
@@ -240,7 +277,11 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
             pdf: sample.pdf,
             is_delta: sample.is_delta,
         });
-        Some((sample.direction, sample.own_pdf))
+        Some(Onward {
+            direction: sample.direction,
+            own_pdf: sample.own_pdf,
+            survival,
+        })
     }
 
     /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and
@@ -273,23 +314,16 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         let before = path.throughput;
         let light = self.emitter_light(&at, &site, numbers.emitter());
         let u_lobe = numbers.lobe();
-        let direction = self.scatter(path, &at, site, depth, u_lobe, numbers);
+        let onward = self.scatter(path, &at, site, depth, u_lobe, numbers);
         if let Some(seen) = seen {
-            seen(path_vertex(
-                path,
-                before,
-                vertex,
-                depth,
-                light.as_ref(),
-                direction,
-            ));
+            seen(path_vertex(path, before, vertex, depth, light.as_ref(), onward));
         }
         Next {
             shadow: light.map(|light| Shadow {
                 ray: light.ray,
                 radiance: before * SurfaceVertex::weighted(&light),
             }),
-            ray: direction.map(|(direction, _)| vertex.point.spawn(direction)),
+            ray: onward.map(|onward| vertex.point.spawn(onward.direction)),
         }
     }
 }
@@ -311,10 +345,10 @@ pub(crate) fn path_vertex<K>(
     vertex: &impl Vertex,
     depth: u32,
     light: Option<&EmitterLight>,
-    direction: Option<(Vec3, Density<SolidAngle>)>,
+    onward: Option<Onward>,
 ) -> PathVertex {
     let guided = vertex.guided();
-    let onward = direction.zip(path.bounce.as_ref());
+    let onward = onward.zip(path.bounce.as_ref());
     PathVertex {
         depth,
         position: guided.position,
@@ -324,11 +358,12 @@ pub(crate) fn path_vertex<K>(
         lit: vertex.shading_point(),
         emitter: light.map(|light| light.sampled),
         emitter_index: light.map(|light| light.emitter),
-        onward: onward.map(|((direction, scattering_pdf), bounce)| PathDirection {
-            direction,
+        onward: onward.map(|(onward, bounce)| PathDirection {
+            direction: onward.direction,
             pdf: bounce.pdf,
-            scattering_pdf,
+            scattering_pdf: onward.own_pdf,
             is_delta: bounce.is_delta,
+            survival: onward.survival,
             throughput: path.throughput,
         }),
     }

@@ -27,6 +27,8 @@ pub(super) struct VertexRows {
     pub direction: VectorRows,
     pub pdf: [f32; LANES],
     pub scattering_pdf: [f32; LANES],
+    /// Probabilities with which roulette let them go on.
+    pub survival: [f32; LANES],
 }
 
 impl VertexRows {
@@ -51,6 +53,7 @@ impl VertexRows {
                 pdf: Density::new(self.pdf[lane]),
                 scattering_pdf: Density::new(self.scattering_pdf[lane]),
                 is_delta: false,
+                survival: self.survival[lane],
                 throughput: vector(&self.throughput[1], lane),
             }),
         }

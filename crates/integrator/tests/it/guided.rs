@@ -185,6 +185,55 @@ fn frames_do_not_depend_on_threads() {
     }
 }
 
+/// Frames count their rays: a camera ray for each sample, and as many others as the observer of a
+/// plain path tracer sees where a frame is plain.
+#[test]
+fn frames_count_their_rays() {
+    let scene = sized(builtin::cornell());
+    let pixels = scene.settings().width * scene.settings().height;
+    let mut method = guided(&scene, options(GuideKind::Quadtree));
+    let mut image = vec![Rgb::ZERO; pixels as usize];
+    for frame in 0..3 {
+        let rays = method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
+        let rays = rays.unwrap();
+        assert_eq!(rays.camera, u64::from(4 * pixels));
+        assert!(rays.path > rays.camera && rays.emitter > rays.camera, "{rays:?}");
+    }
+}
+
+/// Roulette by what paths find shortens paths and leaves most of what the guide gains: at the same
+/// depth of the other roulette, fewer rays and less variance times rays.
+#[test]
+fn roulette_by_worth_saves_rays() {
+    let mut description = builtin::by_name("door-gap").unwrap();
+    (description.settings.width, description.settings.height) = (32, 32);
+    let scene = Scene::new(&description).unwrap();
+    let mut image = vec![Rgb::ZERO; 32 * 32];
+    let mut work = |worth_depth| {
+        let options = GuidedPathsOptions {
+            worth_depth,
+            ..options(GuideKind::Vmf)
+        };
+        let mut method = guided(&scene, options);
+        let (mut rays, mut variance) = (0, 0.0);
+        for frame in 0..64 {
+            let counts = method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
+            let counts = counts.unwrap();
+            if frame >= 16 {
+                rays += counts.path + counts.emitter;
+                variance += method.last_variance();
+            }
+        }
+        (rays as f64, variance)
+    };
+    let [(all, least), (rays, variance)] = [u32::MAX, 2].map(&mut work);
+    println!("{all} rays with variance {least}, {rays} with {variance}");
+    assert!(
+        rays < 0.75 * all && rays * variance < 0.75 * all * least,
+        "{all} {least} {rays} {variance}"
+    );
+}
+
 /// In the lighthouse guided paths have less than a quarter of the variance of plain ones; in a box
 /// of even light the guide is dropped, and paths are plain.
 #[test]
@@ -243,6 +292,8 @@ fn guides_of_media_are_unbiased() {
             let volume = if fault.is_some() { None } else { Some(tracking) };
             let options = GuidedPathsOptions {
                 volume,
+                // Rays through media are not counted, and no roulette relies on them.
+                worth_depth: u32::MAX,
                 ..options(GuideKind::Quadtree)
             };
             let mut ensemble = MeanTest::new();

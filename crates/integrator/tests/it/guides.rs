@@ -167,6 +167,64 @@ fn guides_do_not_change_the_mean() {
     }
 }
 
+/// A guide that lets paths go on by where they are, however little that has to do with light.
+#[derive(Clone, Copy)]
+struct Stops(Guide);
+
+impl DirectionGuide for Stops {
+    type Distribution<'g> = Scaled;
+
+    fn guide(&self, vertex: &GuidedVertex) -> Option<(Scaled, f32)> {
+        self.0.guide(vertex)
+    }
+
+    fn survival(&self, vertex: &GuidedVertex, throughput: Rgb, depth: u32) -> Option<f32> {
+        // Less than the least, nothing, what is no number, and more than one.
+        let there = vertex.position.x + 0.7 * vertex.position.z;
+        match depth {
+            1 => Some(there + luminance(throughput)),
+            2 if there > 0.5 => Some(f32::NAN),
+            2 => Some(0.6),
+            _ => None,
+        }
+    }
+}
+
+/// Roulette by a guide changes no mean, on surfaces and in smoke, and a sample has the same bits
+/// alone and in a batch: z-tests at 1e-5.
+#[test]
+fn roulette_by_a_guide_changes_no_mean() {
+    let glossy = sized(builtin::cornell_glossy());
+    let diffuse = sized(builtin::cornell());
+    let smoke = sized(builtin::smoke_in_cornell());
+    let guide = Stops(Guide {
+        aim: Aim::Lamp,
+        share: 0.4,
+        told: 1.0,
+    });
+    for scene in [&glossy, &diffuse] {
+        let paths = || PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(5), 4);
+        let (plain, stopped) = (mean(&paths(), 800, 1), paths().with_guide(guide));
+        let guided = mean(&stopped, 1600, 2);
+        println!("{} against {}", guided.mean(), plain.mean());
+        guided.test_equal(&plain, 1e-5).unwrap();
+        let ids: Vec<SampleId> = (0..SIDE * SIDE)
+            .map(|pixel| [pixel % SIDE, pixel / SIDE])
+            .map(|[x, y]| SampleId { x, y, index: 3 })
+            .collect();
+        let mut values = vec![Rgb::ZERO; ids.len()];
+        stopped.sample_many(&ids, 9, &mut values);
+        for (id, value) in ids.iter().zip(values) {
+            assert_eq!(stopped.sample(id.x, id.y, 3, 9), value, "{id:?}");
+        }
+    }
+    let inside = || PathTracer::new(&smoke, smoke.emitters_by_power()).with_depths(Some(5), 4);
+    let plain = mean(&VolumePathTracer::of_tracer(inside()), 500, 1);
+    let guided = mean(&VolumePathTracer::of_tracer(inside().with_guide(guide)), 1000, 2);
+    println!("{} against {}", guided.mean(), plain.mean());
+    guided.test_equal(&plain, 1e-5).unwrap();
+}
+
 /// Holds what it is told to the samples' values.
 #[derive(Default)]
 struct Watch(Mutex<Vec<(SampleId, Rgb)>>);

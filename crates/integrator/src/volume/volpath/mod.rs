@@ -319,9 +319,9 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             state.add(depth + 1, true, state.weighted(radiance));
         }
         let u_lobe = if V::HAS_LOBES { rng.lobe() } else { 0.0 };
-        let direction = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
+        let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
         if let Some(trail) = &mut state.trail {
-            let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), direction);
+            let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), onward);
             // Channels weigh the whole path.
             let weight = state.channels.weight();
             seen.throughput *= weight;
@@ -331,7 +331,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             trail.vertices.push(seen);
         }
         state.depth += 1;
-        direction.map(|(direction, _)| direction)
+        onward.map(|onward| onward.direction)
     }
 }
 
