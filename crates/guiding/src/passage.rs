@@ -1,10 +1,11 @@
 //! What paths find that pass a region, for their roulette.
 //!
-//! A path of throughput `T` (its weight in the pixel) arrives at a vertex, and going on brings `T w`
-//! by about one more ray at a time. Let `V` be the variance of a sample of the image and `C` its
-//! number of rays. If the path goes on with probability `q`, the variance grows by
-//! `(1/q − 1) T² E[w²]` and the cost by `q`. Their product is least for `q = T √E[w²] √(C / V)` (Rath
-//! 2022, eq. 12, with the cost of one ray for the rest of a path). A region keeps `√E[w²]`.
+//! A path of throughput `T` (its weight in the pixel) arrives at a vertex; going on costs a ray and
+//! brings `T w`. Let `V` be the variance of a sample of the image and `C` its number of rays. If
+//! the path goes on with probability `q`, the variance grows by `(1/q − 1) T² E[w²]` and the cost
+//! by `q`. Their product is least for `q = T √E[w²] √(C / V)` (Rath 2022, *EARS: efficiency-aware
+//! Russian roulette and splitting*, whose cost is that of the whole rest of a path). A region keeps
+//! `√E[w²]`.
 
 use crate::recorder::Recorder;
 use glam::Vec3;
@@ -17,7 +18,7 @@ pub struct Visit {
     pub position: Vec3,
     /// `w / q`: what the path found behind it over the throughput with which it arrived, all
     /// factors of roulette included; zero where it ended or found nothing.
-    pub weight: f32,
+    pub found: f32,
     /// `q`: the probability with which roulette let it go on; 1 where it was not asked.
     pub survival: f32,
 }
@@ -86,15 +87,15 @@ struct Sums {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StoredVisit {
     position: Vec3,
-    /// `√q` times the visit's weight: its square has the expectation of `w²`.
+    /// `√q` times what the visit found: its square has the expectation of `w²`.
     weight: f32,
 }
 
 impl StoredVisit {
-    /// `None` without information: what is not finite, a weight that is negative.
+    /// `None` without information: what is not finite, what is negative.
     #[inline]
     pub fn new(visit: &Visit) -> Option<Self> {
-        let weight = visit.weight * visit.survival.sqrt();
+        let weight = visit.found * visit.survival.sqrt();
         let is_sound = (0.0..LARGEST_WEIGHT).contains(&weight) && visit.position.is_finite();
         is_sound.then_some(Self {
             position: visit.position,
@@ -141,9 +142,9 @@ mod tests {
     /// region keeps half of what it knew.
     #[test]
     fn moments_know_roulette_and_no_order() {
-        let visit = |x: f32, weight: f32, survival: f32| Visit {
+        let visit = |x: f32, found: f32, survival: f32| Visit {
             position: Vec3::new(x, 0.0, 0.0),
-            weight,
+            found,
             survival,
         };
         // A path that finds 3 where it goes on, with probability a quarter: 12 or nothing.

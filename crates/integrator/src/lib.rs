@@ -37,6 +37,7 @@ mod light_training;
 mod mixture;
 mod path;
 mod ray_batch;
+mod ray_cost;
 mod registry;
 mod restir;
 mod scene_world;
@@ -79,7 +80,7 @@ pub use mixture::{
 };
 pub use path::PathTracer;
 pub use path::ending::{EndingVertex, NoEnding, PathEnding, VertexEnding};
-pub use path::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE, NoDirections, NoGuide};
+pub use path::guide::{DirectionGuide, GuidedVertex, LEAST_SURVIVAL, MAX_GUIDE_SHARE, NoDirections, NoGuide};
 pub use path::observer::{
     NoObserver, ObservedPath, PathContribution, PathDirection, PathObserver, PathVertex,
 };

@@ -1,5 +1,6 @@
 //! What frames cost, counted instead of timed.
 
+use crate::ray_cost::ray_cost;
 use crate::registry::Method;
 use lightshed_film::RayCounts;
 use lightshed_scene::SceneFeatures;
@@ -44,17 +45,6 @@ const METHODS: [(&str, f64, [f64; 3]); 5] = [
 /// `t` of one emitter, and more of it with each doubling.
 const TREE_CHOICE: [f64; 2] = [0.6, 0.11];
 
-/// `r` where rays go through no tree.
-const RAY_WITHOUT_TREE: f64 = 0.6;
-
-/// Doublings of the number of triangles from which on `r` grows, and how much with each more:
-/// caches hold no larger tree.
-const RAY_OF_LARGE: [f64; 2] = [16.0, 0.55];
-
-/// What `r` grows by with the share of glossy materials: lobes take longer to sample and to
-/// evaluate.
-const GLOSSY: f64 = 1.6;
-
 /// Rays of a path whose rays nobody has counted, and of one of two edges.
 const USUAL_PATH: [RayCounts; 2] = [
     RayCounts {
@@ -98,18 +88,6 @@ fn chosen(method: &Method) -> f64 {
         "direct" => f64::from(method.values().light_samples()),
         _ => 1.0,
     }
-}
-
-/// `r` of diffuse surfaces, and what glossy ones add to it: the cost of a ray with the shading at its
-/// end, in that of a scene of few triangles.
-pub(crate) fn ray_cost(features: &SceneFeatures) -> (f64, f64) {
-    let doublings = (features.triangles.max(1) as f64).log2();
-    let ray = match features.tree {
-        true => 1.0 + RAY_OF_LARGE[1] * (doublings - RAY_OF_LARGE[0]).max(0.0),
-        false => RAY_WITHOUT_TREE,
-    };
-    let glossy = features.glossy_materials as f64 / features.materials.max(1) as f64;
-    (ray, GLOSSY * glossy)
 }
 
 impl FrameCost {

@@ -31,5 +31,3 @@ pub use choice::{Choice, PilotRun, Trial};
 pub use frames::AutoFrames;
 pub use plan::AutoTask;
 pub use request::{Auto, MethodRequest};
-
-pub(crate) use cost::ray_cost;

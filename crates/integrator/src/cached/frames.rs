@@ -134,7 +134,7 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
                 let passes = f64::from((pass + 1).next_power_of_two() / 2);
                 let expected = f64::from(self.report.samples as u32) * passes;
                 let share = (f64::from(options.max_recorded) / expected.max(1.0)).min(1.0);
-                let mut vertices = vertices.guided(field, FieldRecorder::new(field, share, false));
+                let mut vertices = vertices.guided(field, FieldRecorder::new(field, share));
                 self.report = self.cache.update(&vertices);
                 vertices.take_rays()
             }

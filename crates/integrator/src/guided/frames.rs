@@ -6,11 +6,11 @@ use super::guide::FieldGuide;
 use super::need::guide_need;
 use super::options::{GuideError, GuidedPathsOptions};
 use super::recorder::FieldRecorder;
-use crate::auto::ray_cost;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
 use crate::path::observer::PathObserver;
 use crate::path::{FrameOfPaths, PathTracer};
+use crate::ray_cost::ray_cost;
 use crate::volume::volpath::{VolumePathTracer, VolumeTracking};
 use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, RayTally, SampledFrames};
 use lightshed_scene::{Rgb, Scene, SceneFeatures};
@@ -31,8 +31,8 @@ use std::sync::atomic::AtomicBool;
 /// frames are plain paths. The cost is counted, in rays and in questions to the guide: the decision
 /// depends on samples alone and not on time.
 ///
-/// A guided path goes on at a vertex with a probability that depends on what paths have found behind
-/// such vertices ([`Visit`](lightshed_guiding::Visit)).
+/// A guided path goes on at a vertex with a probability that depends on what paths have found
+/// behind such vertices ([`Visit`](lightshed_guiding::Visit)).
 pub struct GuidedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
@@ -212,7 +212,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             let expected =
                 pixels * f64::from(self.options.samples) * f64::from(frames.max(1)) * SAMPLES_OF_PATH;
             let share = (f64::from(self.options.max_recorded) / expected).min(1.0);
-            let recorder = FieldRecorder::new(field, share, self.options.worth_depth < u32::MAX);
+            let recorder = FieldRecorder::new(field, share).with_visits(self.options.worth_depth < u32::MAX);
             let tracer = plain.with_guide(guide).with_observer(recorder);
             return half.render(tracer, &mut self.halves, cancel);
         }
@@ -220,8 +220,8 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         half.render(tracer, &mut self.halves, cancel)
     }
 
-    /// What a frame of so many rays costs beside one of plain paths, training left out. Counts do not
-    /// depend on the machine.
+    /// What a frame of so many rays costs beside one of plain paths, training left out. Counts do
+    /// not depend on the machine.
     fn cost(&self, rays: RayCounts) -> f64 {
         let plain = all(self.plain_rays);
         if !(plain > 0.0) {

@@ -5,12 +5,12 @@ use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_sampling::luminance;
 use lightshed_scene::Rgb;
 
-/// Guides paths by a field, and lets them go on with the probability `q = Y(T) √E[w²] √(C / V)`: `T`
-/// is the throughput, `w` what paths found behind vertices of this region, `V` and `C` are the variance
-/// and the number of rays of a sample of the image. So a path ends where little light is left to find,
-/// and goes on where it is likely to find much (roulette of Rath 2022, *EARS*). `q` is a function of
-/// what is known before the direction is sampled. Where the field knows too little, roulette is that
-/// of paths without a guide.
+/// Guides paths by a field, and lets them go on with the probability `q = Y(T) √E[w²] √(C / V)`:
+/// `T` is the throughput, `w` what paths found behind vertices of this region, `V` and `C` are the
+/// variance and the number of rays of a sample of the image. So a path ends where little light is
+/// left to find, and goes on where it is likely to find much (Rath 2022, *EARS*). `q` is a function
+/// of what is known before the direction is sampled. Where the field knows too little, roulette is
+/// that of paths without a guide.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldGuide<'f> {
     field: &'f SceneField,

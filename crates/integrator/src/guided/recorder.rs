@@ -26,28 +26,34 @@ pub struct FieldRecorder<'f> {
 
 /// The word of a path's stream that decides whether it is kept; the path itself does not use it.
 const KEEP_WORD: u32 = u32::MAX;
-/// The word that decides whether it tells what it found at every vertex, as one of so many paths does.
+/// The word that decides whether a path tells what it found behind each vertex …
 const VISIT_WORD: u32 = u32::MAX - 1;
+/// … as one of so many does.
 const VISITING: u32 = 4;
 /// Samples that go to the field together.
 const TOGETHER: usize = 16;
 
 impl<'f> FieldRecorder<'f> {
-    /// Keeps this share of the paths, chosen by the names of their samples. With `visits` the field
-    /// learns, too, what paths are worth.
-    pub fn new(field: &'f SceneField, share: f64, visits: bool) -> Self {
+    /// Keeps this share of the paths, chosen by the names of their samples.
+    pub fn new(field: &'f SceneField, share: f64) -> Self {
         let threshold = (share * f64::from(u32::MAX)) as u32;
         Self {
             field,
             threshold,
-            visits,
+            visits: false,
         }
+    }
+
+    /// With `visits` the field learns, too, what paths find behind their vertices.
+    #[must_use]
+    pub fn with_visits(mut self, visits: bool) -> Self {
+        self.visits = visits;
+        self
     }
 }
 
 impl FieldRecorder<'_> {
-    /// Tells what one path in four found behind each of its vertices. Which ones is a matter of their
-    /// samples' names.
+    /// Tells what one path in four, by its sample's name, found behind each of its vertices.
     fn visit(&self, path: &ObservedPath<'_>) {
         let pixel = path.id.y << 16 | path.id.x;
         if CounterRng::at(path.seed, pixel, path.id.index, VISIT_WORD) > u32::MAX / VISITING {
@@ -61,7 +67,7 @@ impl FieldRecorder<'_> {
             }
             visits[count] = Visit {
                 position: vertex.position,
-                weight: luminance(found_behind(path, vertex)),
+                found: luminance(found_behind(path, vertex)),
                 survival: vertex.onward.map_or(1.0, |onward| onward.survival),
             };
             count += 1;
@@ -86,7 +92,7 @@ fn found_behind(path: &ObservedPath<'_>, vertex: &PathVertex) -> Rgb {
 
 const NO_VISIT: Visit = Visit {
     position: Vec3::ZERO,
-    weight: 0.0,
+    found: 0.0,
     survival: 1.0,
 };
 
