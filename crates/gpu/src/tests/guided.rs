@@ -23,6 +23,8 @@ fn options(bits: u32, training: u32) -> GuidedPathsOptions {
         training,
         may_drop: false,
         points: PointSet::Independent,
+        // The device's roulette goes by throughput.
+        worth_depth: u32::MAX,
         ..GuidedPathsOptions::new(GuideKind::Quadtree)
     };
     options.quadtree.bits = bits;

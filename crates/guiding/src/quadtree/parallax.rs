@@ -109,12 +109,11 @@ impl<'a> SeenQuadtree<'a> {
 impl DirectionDistribution for SeenQuadtree<'_> {
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
-        let (from_pivot, density) = self.tree.sample(u)?;
         if self.parallax.offset == Vec3::ZERO {
-            return Some((from_pivot, density));
+            return self.tree.sample(u);
         }
-        // Rounding may move it into another leaf.
-        with_density(self, self.parallax.seen(from_pivot))
+        // Rounding may move it into another leaf: its density is asked for as that of any other.
+        with_density(self, self.parallax.seen(self.tree.direction(u)))
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! A tree as a distribution of directions.
 
 use super::bits::{MAX_QUADTREE_DEPTH, bit, inner_count, is_tree, leaf_count, rank, select};
-use super::sample::descend;
+use super::sample::{Chosen, descend};
 use crate::GuidingError;
 use crate::square::{code_of, direction_of, square_of};
 use glam::Vec3;
@@ -127,14 +127,28 @@ impl<'a> CompressedQuadtree<'a> {
     }
 }
 
-impl DirectionDistribution for CompressedQuadtree<'_> {
-    #[inline]
-    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
-        let chosen = match inner_count(self.words) {
+impl CompressedQuadtree<'_> {
+    /// The leaf and the place in it that `u` selects.
+    #[inline(always)]
+    fn choose(&self, u: [f32; 2]) -> Chosen {
+        match inner_count(self.words) {
             0..=16 => descend::<32>(self.words, u),
             17..=63 => descend::<64>(self.words, u),
             _ => descend::<512>(self.words, u),
-        };
+        }
+    }
+
+    /// The direction of [`sample`](DirectionDistribution::sample), without its density.
+    #[inline(always)]
+    pub(super) fn direction(&self, u: [f32; 2]) -> Vec3 {
+        direction_of(self.choose(u).square)
+    }
+}
+
+impl DirectionDistribution for CompressedQuadtree<'_> {
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        let chosen = self.choose(u);
         let direction = direction_of(chosen.square);
         // Rounding may have moved it into another leaf.
         let code = code_of(square_of(direction));

@@ -49,7 +49,7 @@ fn agrees(name: &str, scene: &Scene, images: u32) {
     let truth = Ensemble::of_estimator(&PathTracer::new(scene, by_power), size(scene), 16, images);
     for kind in GuideKind::ALL {
         let guide = format!("path --guide {}", kind.name());
-        let frames = Ensemble::of_uncounted_chains(|| guided(scene, by_power, kind), 0..FRAMES, CHAINS, 1);
+        let frames = Ensemble::of_chains(|| guided(scene, by_power, kind), 0..FRAMES, CHAINS, 1);
         judge(name, &guide, &frames.compare(&truth)).unwrap();
     }
     // Caches are trained once: their samples are independent from then on.
@@ -58,7 +58,7 @@ fn agrees(name: &str, scene: &Scene, images: u32) {
     let paths = Ensemble::of_seeded_estimator(&tracer, size(scene), 16, images, 2);
     judge(name, "path --lights vlc", &paths.compare(&truth)).unwrap();
     let both = || guided(scene, &cache, GuideKind::Quadtree);
-    let frames = Ensemble::of_uncounted_chains(both, 0..FRAMES, CHAINS, 1);
+    let frames = Ensemble::of_chains(both, 0..FRAMES, CHAINS, 1);
     judge(name, "path --guide cdq --lights vlc", &frames.compare(&truth)).unwrap();
 
     let options = DirectLightOptions::samples(1, 1);
@@ -110,7 +110,7 @@ fn learnt_methods_agree_behind_a_doorway() {
 #[test]
 #[ignore = "takes minutes"]
 fn learnt_methods_agree_under_every_emitter() {
-    agrees("every emitter", &every_emitter(32, 4), 200);
+    agrees("every emitter", &every_emitter(32, 4), 1000);
 }
 
 #[test]
