@@ -121,7 +121,7 @@ impl GuidedPathsOptions {
                 ..MarkovOptions::default()
             },
             field: FieldOptions::default(),
-            training: 256,
+            training: 32,
             every_frame: false,
             points: PointSet::Sobol,
             samples: 4,

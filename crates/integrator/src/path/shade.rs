@@ -316,11 +316,13 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let mut survives = scatters & !black;
         let eta_squared = paths.eta_squared.load::<L>(place);
         let mut survival = one;
-        if self.depth >= self.transport.roulette_depth || judged.bits() != 0 {
+        if self.depth >= self.transport.roulette_depth || (Self::GUIDED && judged.bits() != 0) {
             if self.depth >= self.transport.roulette_depth {
                 survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
             }
-            survival = by_guide.select(judged, survival);
+            if Self::GUIDED {
+                survival = by_guide.select(judged, survival);
+            }
             survives = survives & numbers.u_roulette().less(survival);
             throughput = Vec3Lanes::new(
                 throughput.x / survival,

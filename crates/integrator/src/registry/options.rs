@@ -59,7 +59,7 @@ pub const GUIDE_BITS: MethodOption = MethodOption::new(
 pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
     "guide-training",
     "FRAMES",
-    "256",
+    "32",
     any::<u32>,
     "Frames of four samples a pixel that train the guide",
 );
