@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{
     BinaryTree, DirectionalModel, FieldOptions, GuidingField, GuidingSample, Partition, QuadtreeModel,
-    QuadtreeOptions, WeightedTreeModel, WeightedTreeOptions,
+    QuadtreeOptions, VmfFitOptions, VmfLobe, VmfMixture, VmfModel, WeightedTreeModel, WeightedTreeOptions,
 };
 use lightshed_sampling::{CounterRng, DirectionDistribution, UniformSphere, VonMisesFisher};
 use lightshed_spatial::{AdaptiveOctree, Bounds};
@@ -46,6 +46,34 @@ fn quadtrees(bits: u32) -> QuadtreeModel {
         ..QuadtreeOptions::default()
     })
     .unwrap()
+}
+
+fn lobes() -> VmfModel {
+    VmfModel::new(VmfFitOptions::default()).unwrap()
+}
+
+/// Eight lobes of widths from a hemisphere to a degree.
+fn eight_lobes(c: &mut Criterion) {
+    let lobe = |i: u32| {
+        let mut rng = CounterRng::new(4, i, 0);
+        VmfLobe {
+            weight: 0.1 + rng.next_f32(),
+            mean: Vec3::from([0; 3].map(|_| rng.next_f32() - 0.5)),
+            concentration: 4f32.powi(i as i32),
+        }
+    };
+    let mixture = VmfMixture::new(&(0..8).map(lobe).collect::<Vec<_>>());
+    let numbers: Vec<[f32; 2]> = (0..4096).map(|i| CounterRng::new(5, i, 0).next_2d()).collect();
+    let mut group = c.benchmark_group("one_thread");
+    group.throughput(Throughput::Elements(4096));
+    group.bench_function(BenchmarkId::new("sample_with_density", "eight lobes"), |b| {
+        b.iter(|| {
+            for u in &numbers {
+                black_box(mixture.sample(*u));
+            }
+        });
+    });
+    group.finish();
 }
 
 fn weighted() -> WeightedTreeModel {
@@ -125,8 +153,16 @@ fn bench(c: &mut Criterion) {
     for bits in [32, 64, 128, 1024] {
         sampling::<_, AdaptiveOctree>(c, &format!("quadtree of {bits} bits"), quadtrees(bits));
     }
+    let still = QuadtreeModel::new(QuadtreeOptions {
+        parallax: false,
+        ..QuadtreeOptions::default()
+    });
+    sampling::<_, AdaptiveOctree>(c, "quadtree of 64 bits without parallax", still.unwrap());
+    sampling::<_, AdaptiveOctree>(c, "vMF", lobes());
+    eight_lobes(c);
     sampling::<_, BinaryTree>(c, "SD-tree", weighted());
     learning::<_, AdaptiveOctree>(c, "quadtree of 64 bits", quadtrees(64));
+    learning::<_, AdaptiveOctree>(c, "vMF", lobes());
     learning::<_, BinaryTree>(c, "SD-tree", weighted());
 }
 
