@@ -109,7 +109,7 @@ pub(super) fn against_learner(
     let cost = FrameCost::of(learner, &choice.features);
     let cost = match &whole.rays {
         Some(rays) => cost.count(rays, pixels),
-        // Of paths, whose rays are not counted here.
+        // Of paths through media, whose rays are not counted.
         None => cost.in_paths(first.cost),
     };
     let all = f64::from(task.samples) * first.cost / cost;

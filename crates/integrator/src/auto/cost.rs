@@ -9,13 +9,14 @@ use lightshed_scene::SceneFeatures;
 /// and so would what is chosen by it. The unit is the time of a ray, with the shading at its end,
 /// of the path tracer in a scene of few triangles.
 ///
-/// > `C = r n + s (a + b n + d m) + t v`
+/// > `C = r n + s (a + b n + d m) + t v + g k`
 ///
 /// with `n` the rays of all kinds but reconnections, `m` the reconnections, `v` the choices of an
 /// emitter, `r` what a ray of this scene costs, `s` the greater of 1 and `r` of diffuse surfaces,
 /// `a` what a pixel
 /// costs beside its rays, `b` what each ray costs beside that of a path, `d` a reconnection, and
-/// `t` what a choice among emitters by a tree costs beyond one by power. The constants are
+/// `t` what a choice among emitters by a tree costs beyond one by power; `g` is what each of `k`
+/// vertices with a guide costs beyond one without. The constants are
 /// measured, see `docs/integrator.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FrameCost {
@@ -29,6 +30,8 @@ pub(super) struct FrameCost {
     choice: f64,
     /// Emitters chosen at a vertex.
     chosen: f64,
+    /// `g`; zero without a guide.
+    guide: f64,
     /// Paths of a frame in a pixel, in the time of plain ones.
     paths: f64,
 }
@@ -105,6 +108,10 @@ impl FrameCost {
                 None => 0.0,
             },
             chosen: chosen(method),
+            guide: method
+                .values()
+                .guided_paths()
+                .map_or(0.0, |options| options.kind.look_up_cost()),
             paths: paths_of_frame(method),
         }
     }
@@ -124,7 +131,8 @@ impl FrameCost {
         let beside =
             pixel * pixels + ray * (all - rays.reconnection) as f64 + reconnection * rays.reconnection as f64;
         let own = (self.ray * all as f64 + self.scale * beside) / pixels;
-        own + self.choice * rays.path as f64 / pixels
+        let vertices = (rays.camera + rays.path) as f64 / pixels;
+        own + self.choice * rays.path as f64 / pixels + self.guide * vertices
     }
 
     /// `C` of a method of independent samples, by rays of paths with one emitter at each vertex.
@@ -134,7 +142,9 @@ impl FrameCost {
             emitter: chosen(rays.emitter),
             ..*rays
         };
-        let path = self.count(&rays, pixels) + (self.chosen - 1.0) * self.choice * rays.path as f64 / pixels;
+        // What a guide costs is in the number of plain paths.
+        let plain = Self { guide: 0.0, ..*self };
+        let path = plain.count(&rays, pixels) + (self.chosen - 1.0) * self.choice * rays.path as f64 / pixels;
         self.in_paths(path)
     }
 

@@ -38,7 +38,7 @@ impl GuideKind {
 
     /// What a vertex with a guide costs beyond one without, in times of a ray of a scene of few
     /// triangles, with the shading at its end. The constants are measured, see `docs/guiding.md`.
-    pub(super) fn look_up_cost(self) -> f64 {
+    pub(crate) fn look_up_cost(self) -> f64 {
         match self {
             Self::Quadtree => 1.7,
             Self::SdTree => 2.0,
