@@ -236,7 +236,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
+        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share SceneField::worth MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (
@@ -251,6 +251,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "a trait's function, written by a user",
-        "DirectionGuide::guide PathEnding::at PathObserver::observe",
+        "DirectionGuide::guide DirectionGuide::survival PathEnding::at PathObserver::observe",
     ),
 ];
