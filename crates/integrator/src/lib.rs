@@ -92,7 +92,9 @@ pub use registry::{
 pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
-pub use restir::suffix::{MAX_BORROWED, MAX_PREFIXES, RestirSuffix, RestirSuffixError, RestirSuffixOptions};
+pub use restir::suffix::{
+    MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,
+};
 pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};

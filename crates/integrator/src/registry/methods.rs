@@ -285,6 +285,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::DIRECT_SAMPLES,
             options::VISIBLE,
             options::PAIRS,
+            options::SPACING,
         ],
         start: |stage, values, motion| {
             let mut options = RestirSuffixOptions::real_time(values.path_mapping());

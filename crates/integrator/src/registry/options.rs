@@ -294,6 +294,15 @@ pub const BORROWED: MethodOption = MethodOption::new(
     "Supporting prefixes whose suffixes an integration prefix borrows: 1, or 3 offline, if not given",
 );
 
+/// Spacing of supporting prefixes.
+pub const SPACING: MethodOption = MethodOption::new(
+    "spacing",
+    "PIXELS",
+    "1",
+    |text| within(text, 1..=crate::MAX_SPACING),
+    "Side of the square of pixels that have one supporting prefix",
+);
+
 /// Most scattering vertices.
 pub const SCATTERINGS: MethodOption = MethodOption::new(
     "scatterings",
@@ -546,6 +555,7 @@ impl MethodValues {
                 .unwrap_or(default.camera_rays.min(prefixes)),
             canonical: self.get(&CANONICAL).unwrap_or(default.canonical.min(prefixes)),
             borrowed: self.get(&BORROWED).unwrap_or(default.borrowed),
+            spacing: self.get(&SPACING).unwrap_or(default.spacing),
             ..default
         }
     }

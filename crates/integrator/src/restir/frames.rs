@@ -1,6 +1,7 @@
 //! Frames of all methods with reuse: camera rays, the data of two frames, and passes between
 //! buffers.
 
+use crate::camera_motion::pixel_seeing;
 use crate::camera_ray::PixelRay;
 use lightshed_film::MAX_BATCH;
 use lightshed_resampling::{
@@ -8,7 +9,7 @@ use lightshed_resampling::{
     ShiftMapping, Storage, Sums, Topology,
 };
 use lightshed_sampling::{FrameNumbers, PassNumbers, f32_from_u32, parallel};
-use lightshed_scene::glam::Vec2;
+use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Hit, Ray, Rgb, Scene};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -36,6 +37,53 @@ pub(crate) fn corner_of(extent: Extent, index: usize) -> Vec2 {
     Vec2::new((index % width) as f32, (index / width) as f32)
 }
 
+/// Squares of pixels, each of which is seen by one camera ray.
+#[derive(Clone, Copy)]
+pub(crate) struct Cells {
+    image: Extent,
+    side: u32,
+}
+
+impl Cells {
+    /// One for each pixel.
+    pub fn pixels(image: Extent) -> Self {
+        Self { image, side: 1 }
+    }
+
+    /// Of `side` pixels a side. Those at the right and at the bottom may reach out of the image.
+    pub fn squares(image: Extent, side: u32) -> Self {
+        let side = side.max(1);
+        Self { image, side }
+    }
+
+    /// Whether they are the pixels.
+    pub fn are_pixels(self) -> bool {
+        self.side == 1
+    }
+
+    /// How many there are in a row and in a column.
+    pub fn extent(self) -> Extent {
+        Extent {
+            width: self.image.width.div_ceil(self.side),
+            height: self.image.height.div_ceil(self.side),
+        }
+    }
+
+    /// The cell in which a point appears on the film.
+    pub fn seeing(self, camera: &Camera, point: Vec3) -> Option<usize> {
+        let pixel = pixel_seeing(camera, self.image, point)?;
+        let [x, y] = self.image.place(pixel).map(|at| at / i64::from(self.side));
+        self.extent().index(x, y)
+    }
+
+    /// The ray through a place in a cell.
+    fn ray(self, camera: &Camera, index: usize, [x, y, u, v]: [f32; 4]) -> Ray {
+        let side = self.side as f32;
+        let corner = corner_of(self.extent(), index) * side;
+        PixelRay::through(camera, corner, [x * side, y * side, u, v]).ray
+    }
+}
+
 /// Does `work(first, batch)` for each of `batches`, chunks of [`MAX_BATCH`] pixels of which `first`
 /// is the first, as long as nobody cancels. False if somebody did.
 pub(crate) fn in_batches<B: Send>(
@@ -51,28 +99,22 @@ pub(crate) fn in_batches<B: Send>(
     !cancel.load(Ordering::Relaxed)
 }
 
-/// Traces a camera ray through a random position of every pixel, by the numbers of the pass
-/// `numbers`. Passes its hit to `see`, with the pixel's number, its entry in `pixels` and its value
-/// in `image`. False if cancelled.
+/// Traces a camera ray through a random position of every one of `cells`, by the numbers of the
+/// pass `numbers`. Passes its hit to `see`, with the cell's number, its entry in `pixels` and its
+/// value in `image`. False if cancelled.
 pub(crate) fn trace_camera_rays<P: Send>(
-    (scene, camera): (&Scene, &Camera),
+    (scene, camera, cells): (&Scene, &Camera, Cells),
     numbers: PassNumbers,
     (pixels, image): (&mut [P], &mut [Rgb]),
     cancel: &AtomicBool,
     see: impl Fn(usize, &Ray, Option<&Hit>, &mut P, &mut Rgb) + Sync,
 ) -> bool {
-    let extent = extent_of(scene);
     let batches = pixels.chunks_mut(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
     in_batches(batches, cancel, |first, (pixels, image)| {
         let count = pixels.len().min(MAX_BATCH);
         let rays: [Ray; MAX_BATCH] = std::array::from_fn(|place| {
             let index = first + place.min(count - 1);
-            PixelRay::through(
-                camera,
-                corner_of(extent, index),
-                numbers.block(index).map(f32_from_u32),
-            )
-            .ray
+            cells.ray(camera, index, numbers.block(index).map(f32_from_u32))
         });
         let mut hits = [None; MAX_BATCH];
         scene

@@ -1,6 +1,6 @@
 //! The surface points that pixels see.
 
-use super::frames::{FrameView, trace_camera_rays};
+use super::frames::{Cells, FrameView, extent_of, trace_camera_rays};
 use super::passes::Pass;
 use crate::path::transport::met_emission;
 use crate::visible_emission::VisibleEmission;
@@ -74,7 +74,7 @@ pub(crate) fn trace_primaries(
     let pixel_count = image.len() as u64;
     let to = (pixels, &mut *image);
     let whole = trace_camera_rays(
-        (scene, view.camera),
+        (scene, view.camera, Cells::pixels(extent_of(scene))),
         numbers,
         to,
         cancel,

@@ -7,7 +7,7 @@ mod options;
 pub(crate) use direct::{DIRECT_EDGES, add_direct};
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
-use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
+use super::frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::FrameOfPaths;
@@ -237,7 +237,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 });
             };
         let numbers = view.numbers.pass(Pass::Camera);
-        let whole = trace_camera_rays((scene, view.camera), numbers, (pixels, &mut *image), cancel, see);
+        let from = (scene, view.camera, Cells::pixels(extent));
+        let whole = trace_camera_rays(from, numbers, (pixels, &mut *image), cancel, see);
         let further = visible.map_or(0, |visible| {
             let names = (view.numbers.points(), view.numbers.seed());
             visible.add_frame((scene, view.camera), names, view.numbers.frame(), image)

@@ -24,8 +24,10 @@ pub(super) struct Gather<'b, 'a, E: EmitterSampler, S> {
     pub world: &'a SceneWorld<'a, E>,
     pub shift: &'b S,
     pub gather: FinalGather,
-    /// Of a pixel, that of its supporting prefix among them.
+    /// Of a pixel.
     pub camera_rays: u32,
+    /// How many of them are that of its supporting prefix: 1, or 0 if it has none of its own.
+    pub shared_rays: u32,
     /// Edges of the shortest paths that count.
     pub least_length: u32,
     pub emission: Emission<'b, 'a, E>,
@@ -174,7 +176,7 @@ where
         });
     }
 
-    /// What the pixels of a batch see along their further camera rays. A pixel's rays are those of
+    /// What the pixels of a batch see along their further camera rays. A pixel's rays are that of
     /// its supporting prefix, moved by equal steps on the torus of its film and lens: each of them
     /// is uniform, and together they are stratified.
     fn see(&self, batch: &mut Batch<'_, '_>, scratch: &mut Scratch<'a, E>) -> Vec<Option<Prefixes<'a, E>>> {
@@ -184,7 +186,7 @@ where
         rays.clear();
         for index in (batch.first..).take(batch.image.len()) {
             let own = numbers.block(index).map(f32_from_u32);
-            for step in 1..self.camera_rays {
+            for step in self.shared_rays..self.camera_rays {
                 let place = std::array::from_fn(|axis| (own[axis] + step as f32 * STEPS[axis]).fract());
                 let corner = corner_of(self.extent, index);
                 rays.push(PixelRay::through(batch.view.camera, corner, place).ray);
@@ -193,7 +195,7 @@ where
         vertices.clear();
         vertices.resize(rays.len(), None);
         self.world.trace_many(rays, RayKind::Sensor, vertices);
-        let further = (self.camera_rays - 1) as usize;
+        let further = self.further_rays();
         let seen = rays.iter().zip(vertices.drain(..)).enumerate();
         seen.map(|(number, (ray, vertex))| {
             let place = number / further;
@@ -211,6 +213,11 @@ where
         .collect()
     }
 
+    /// Camera rays of a pixel beside that of its supporting prefix.
+    fn further_rays(&self) -> usize {
+        (self.camera_rays - self.shared_rays) as usize
+    }
+
     /// The prefixes of some pixels, all of them together.
     fn batch(&self, mut batch: Batch<'_, '_>, ends: Option<&Ends<'_, 'a, E>>, scratch: &mut Scratch<'a, E>) {
         let further = self.see(&mut batch, scratch);
@@ -221,9 +228,9 @@ where
         for place in 0..batch.image.len() {
             for number in 0..count {
                 let seed = PathSeed::draw(&mut batch.numbers[place]);
-                let domain = match number % self.camera_rays {
-                    0 => self.supports.prefixes[batch.first + place].as_ref(),
-                    ray => further[place * (self.camera_rays - 1) as usize + ray as usize - 1].as_ref(),
+                let domain = match (number % self.camera_rays).checked_sub(self.shared_rays) {
+                    None => self.supports.prefixes[batch.first + place].as_ref(),
+                    Some(ray) => further[place * self.further_rays() + ray as usize].as_ref(),
                 };
                 if let Some(domain) = domain {
                     owners.push(place);
@@ -321,7 +328,7 @@ where
             let before = step.floor();
             *step += q;
             integration.is_canonical = step.floor() > before;
-            integration.gather = self.gather.surviving(q);
+            integration.gather = self.surviving(q);
         }
     }
 
@@ -409,6 +416,11 @@ where
     }
 
     #[cfg(not(test))]
+    fn surviving(&self, q: f64) -> FinalGather {
+        self.gather.surviving(q)
+    }
+
+    #[cfg(not(test))]
     fn throughput(&self, prefix: &PrefixSample) -> Rgb {
         prefix.throughput()
     }
@@ -427,6 +439,13 @@ impl<E: EmitterSampler, S> Gather<'_, '_, E, S> {
             Some(super::tests::Fault::NoThroughput) => Rgb::ONE,
             Some(super::tests::Fault::ThroughputTwice) => prefix.throughput() * prefix.throughput(),
             _ => prefix.throughput(),
+        }
+    }
+
+    fn surviving(&self, q: f64) -> FinalGather {
+        match self.fault {
+            Some(super::tests::Fault::ChancesIgnored) => self.gather,
+            _ => self.gather.surviving(q),
         }
     }
 

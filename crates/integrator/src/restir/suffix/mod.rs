@@ -8,11 +8,10 @@ mod supports;
 #[cfg(test)]
 mod tests;
 
-pub use options::{MAX_BORROWED, MAX_PREFIXES, RestirSuffixError, RestirSuffixOptions};
+pub use options::{MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffixError, RestirSuffixOptions};
 
-use super::frames::{FrameView, extent_of, trace_camera_rays};
+use super::frames::{Cells, FrameView, extent_of, trace_camera_rays};
 use super::pt::{DIRECT_EDGES, add_direct};
-use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::FrameOfPaths;
 use crate::restir::pt::MAX_ROUNDS;
@@ -39,7 +38,7 @@ use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports}
 /// Suffix reuse: estimates the light transport equation by short prefixes that belong to one pixel,
 /// and suffixes behind them that pixels share within a frame and from frame to frame.
 ///
-/// Each frame, every pixel has
+/// Each frame, every pixel has (or, of the first two, every square of `spacing` pixels a side)
 ///
 /// 1. a *supporting prefix* ([`PrefixDomain`]): a new one merged with that of the previous frame,
 ///    by targets that do not depend on suffixes (eq. 19);
@@ -66,6 +65,8 @@ pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShi
     pairs: Option<PairedPattern>,
     motion: CameraMotion,
     extent: Extent,
+    /// Those of supporting prefixes.
+    cells: Cells,
     history: History<'a, E>,
     visible: VisibleFrames,
     tally: Arc<RayTally>,
@@ -103,6 +104,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             pairs: options.suffixes.paired()?,
             motion,
             extent: extent_of(scene),
+            cells: Cells::squares(extent_of(scene), options.spacing),
             history: History::default(),
             visible: VisibleFrames::default(),
             tally: Arc::default(),
@@ -125,6 +127,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             pairs: self.pairs,
             motion: self.motion,
             extent: self.extent,
+            cells: self.cells,
             history: self.history,
             visible: self.visible,
             tally: self.tally,
@@ -211,7 +214,7 @@ where
     }
 
     /// The prefixes that every pixel may have; adds the emission that their camera rays meet to
-    /// `image`. False if cancelled.
+    /// `image`, if these are the pixels' own. False if cancelled.
     fn see(
         &self,
         view: FrameView<'_>,
@@ -221,7 +224,8 @@ where
     ) -> bool {
         let (world, scene) = (self.world, self.world.scene());
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
-        supports.prefixes.resize_with(self.extent.len(), || None);
+        let cells = self.cells;
+        supports.prefixes.resize_with(cells.extent().len(), || None);
         let emission = self.emission();
         let see = |index: usize,
                    ray: &Ray,
@@ -229,13 +233,16 @@ where
                    domain: &mut Option<Prefixes<'a, E>>,
                    value: &mut Rgb| {
             let vertex = hit.map(|hit| world.arrive(ray, hit));
-            *value += emission.seen(index, vertex.as_ref(), ray.direction);
+            if cells.are_pixels() {
+                *value += emission.seen(index, vertex.as_ref(), ray.direction);
+            }
             *domain = vertex
                 .map(|vertex| PrefixDomain::behind(world, vertex, -ray.direction, self.ends, max_length));
         };
         let numbers = view.numbers.pass(Pass::Camera);
+        // There are no more cells than pixels.
         let pixels = (&mut supports.prefixes[..], image);
-        trace_camera_rays((scene, view.camera), numbers, pixels, cancel, see)
+        trace_camera_rays((scene, view.camera, cells), numbers, pixels, cancel, see)
     }
 
     /// A fresh prefix for every pixel.
@@ -343,7 +350,7 @@ where
         });
     }
 
-    /// The pixels of the frame before that saw what those of this frame see.
+    /// The cells of the frame before that saw what those of this frame see.
     fn sources(
         &self,
         before_frame: u32,
@@ -351,12 +358,12 @@ where
         before: &Supports<'a, E>,
     ) -> Vec<Option<u32>> {
         let camera = self.motion.camera(self.world.scene(), before_frame);
-        let mut sources = vec![None; self.extent.len()];
+        let mut sources = vec![None; self.cells.extent().len()];
         parallel::fill(&mut sources, |index| {
             let (first, _) = now.prefixes[index].as_ref()?.first()?;
             let source = match self.motion.is_still() {
                 true => index,
-                false => pixel_seeing(&camera, self.extent, first.point().position)?,
+                false => self.cells.seeing(&camera, first.point().position)?,
             };
             now.sees_alike(index, before, source).then_some(source as u32)
         });
@@ -371,7 +378,7 @@ where
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Result<bool, ReuseError> {
-        let (frame, extent, options) = (view.number, self.extent, &self.options.suffixes);
+        let (frame, extent, options) = (view.number, self.cells.extent(), &self.options.suffixes);
         let mut supports = std::mem::take(history.supports.of_mut(self.kept(frame)));
         let seen = self.see(view, &mut supports, image, cancel);
         history.prefixes.begin(extent.len());
@@ -468,7 +475,7 @@ where
             true => !cancel.load(Ordering::Relaxed),
             // Fails for slices of other lengths only.
             false => {
-                camera_rays += image.len() as u64;
+                camera_rays += self.cells.extent().len() as u64;
                 self.reuse(view, &mut history, image, cancel).unwrap_or(false)
             }
         };
@@ -478,6 +485,7 @@ where
                 shift: &self.shift,
                 gather: self.gather,
                 camera_rays: self.options.camera_rays,
+                shared_rays: u32::from(self.cells.are_pixels()),
                 least_length: self.least_length(),
                 emission: self.emission(),
                 borrowed: self.options.borrowed as usize,

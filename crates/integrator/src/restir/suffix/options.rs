@@ -17,13 +17,18 @@ pub struct RestirSuffixOptions {
     pub prefix_cap: f32,
     /// Integration prefixes `N` of each pixel and frame.
     pub prefixes: u32,
-    /// Camera rays that they start from, from 1 to `N`; the first is that of the supporting prefix.
+    /// Camera rays that they start from, from 1 to `N`; the first is that of the supporting prefix,
+    /// if every pixel has one.
     pub camera_rays: u32,
     /// How many of them trace a suffix of their own, from 1 to `N`; 1 is roulette (Kettunen 2023
     /// §7).
     pub canonical: u32,
     /// Supporting prefixes `M − 1` whose suffixes an integration prefix borrows; 0 for none.
     pub borrowed: u32,
+    /// Side of the square of pixels that have one supporting prefix, from 1 to [`MAX_SPACING`]. They
+    /// take time, and what a pixel borrows comes from any of them. Neighbourhoods and pairs of
+    /// suffixes count supporting prefixes, not pixels.
+    pub spacing: u32,
     /// Search radius for supporting prefixes, as a share of the scene's size.
     pub search_radius: f32,
     /// Leaves of the tree of supporting prefixes that a search looks at, of eight prefixes each, at
@@ -49,6 +54,8 @@ pub enum RestirSuffixError {
     PrefixCap(f32),
     /// More borrowed suffixes than [`MAX_BORROWED`].
     Borrowed(u32),
+    /// A spacing that is not from 1 to [`MAX_SPACING`].
+    Spacing(u32),
     /// No leaves to search.
     SearchLeaves,
     /// A search radius or a scale of normals that is negative, infinite or NaN.
@@ -57,6 +64,9 @@ pub enum RestirSuffixError {
 
 /// Most integration prefixes of a pixel and frame.
 pub const MAX_PREFIXES: u32 = 1024;
+
+/// Largest side of the square of pixels that have one supporting prefix.
+pub const MAX_SPACING: u32 = 64;
 
 /// Most suffixes that an integration prefix borrows.
 pub const MAX_BORROWED: u32 = 32;
@@ -78,6 +88,7 @@ impl fmt::Display for RestirSuffixError {
             }
             Self::PrefixCap(cap) => write!(f, "a confidence cap of {cap} for prefixes is not at least 1"),
             Self::Borrowed(count) => write!(f, "{count} borrowed suffixes are more than {MAX_BORROWED}"),
+            Self::Spacing(side) => write!(f, "a spacing of {side} pixels is not between 1 and {MAX_SPACING}"),
             Self::SearchLeaves => write!(f, "a search looks at one leaf at least"),
             Self::Search(share) => write!(
                 f,
@@ -110,6 +121,7 @@ impl RestirSuffixOptions {
             camera_rays: 4,
             canonical: 4,
             borrowed: 1,
+            spacing: 1,
             search_radius: 0.2,
             search_leaves: 2,
             normal_scale: 0.1,
@@ -148,6 +160,9 @@ impl RestirSuffixOptions {
         }
         if self.borrowed > MAX_BORROWED {
             return Err(RestirSuffixError::Borrowed(self.borrowed));
+        }
+        if !(1..=MAX_SPACING).contains(&self.spacing) {
+            return Err(RestirSuffixError::Spacing(self.spacing));
         }
         if self.search_leaves == 0 {
             return Err(RestirSuffixError::SearchLeaves);

@@ -22,6 +22,8 @@ pub(super) enum Fault {
     ThroughputTwice,
     /// The canonical term is divided by the number of prefixes.
     CanonicalDivided,
+    /// Prefixes bring suffixes by their throughput, and weigh them as if by equal chances.
+    ChancesIgnored,
     /// `1/J` for the Jacobian of suffixes.
     InverseJacobian,
     /// Prefixes find direct light, which has samples of its own.
@@ -220,16 +222,23 @@ fn independent_frames_and_all_canonical_suffixes_agree_too() {
 #[test]
 fn a_still_frame_after_motion_agrees() {
     let scene = small("cornell", 12);
-    let motion = CameraMotion::translation(Vec3::new(0.03, 0.01, -0.02)).unwrap();
-    // The scene as the last frame sees it.
+    let truth = truth(&moved(), 60, 32);
+    agree(&chains(&scene, real_time(), [60, 3], moving(), None), &truth).unwrap();
+}
+
+/// From a frame to the next.
+fn moving() -> CameraMotion {
+    CameraMotion::translation(Vec3::new(0.03, 0.01, -0.02)).unwrap()
+}
+
+/// `cornell` as the third frame sees it.
+fn moved() -> Scene {
     let mut description = builtin::cornell();
     (description.settings.width, description.settings.height) = (12, 12);
     description.settings.max_depth = Some(4);
     description.camera.fov_x = 0.4;
     description.camera.to_world.translation += lightshed_scene::glam::Vec3A::new(0.06, 0.02, -0.04);
-    let moved = Scene::new(&description).unwrap();
-    let truth = truth(&moved, 60, 32);
-    agree(&chains(&scene, real_time(), [60, 3], motion, None), &truth).unwrap();
+    Scene::new(&description).unwrap()
 }
 
 /// A lamp in view, of which separate rays see the edges, without samples of direct light: what
@@ -283,6 +292,7 @@ fn faults_are_found() {
         Fault::NoThroughput,
         Fault::ThroughputTwice,
         Fault::CanonicalDivided,
+        Fault::ChancesIgnored,
         Fault::InverseJacobian,
         Fault::DirectTwice,
     ];
@@ -305,6 +315,34 @@ fn pairs_agree_too() {
         agree(&found, &truth)
     })
     .unwrap();
+}
+
+/// Fewer supporting prefixes than pixels, with and without motion; an emitter in view, too, whose
+/// light the rays of supporting prefixes do not add.
+#[test]
+fn spaced_supports_agree_too() {
+    // Five does not divide the side.
+    let spaced = |spacing, options| RestirSuffixOptions { spacing, ..options };
+    let scene = small("cornell", 12);
+    let still = truth(&scene, 80, 32);
+    check_faults(&[Fault::InverseJacobian, Fault::CanonicalDivided], |fault| {
+        let options = spaced(2, from_afar());
+        agree(
+            &chains(&scene, options, [80, 2], CameraMotion::STILL, fault),
+            &still,
+        )
+    })
+    .unwrap();
+    let moved = truth(&moved(), 60, 32);
+    agree(
+        &chains(&scene, spaced(5, real_time()), [60, 3], moving(), None),
+        &moved,
+    )
+    .unwrap();
+    let (scene, options) = lamp_in_view();
+    let truth = truth(&scene, 60, 64);
+    let found = chains(&scene, spaced(5, options), [80, 2], CameraMotion::STILL, None);
+    agree(&found, &truth).unwrap();
 }
 
 #[test]
@@ -354,6 +392,12 @@ fn options_out_of_range_are_refused() {
         RestirSuffixError::PrefixCap(0.5)
     );
     assert_eq!(refused(&|o| o.borrowed = 33), RestirSuffixError::Borrowed(33));
+    for spacing in [0, 65] {
+        assert_eq!(
+            refused(&|o| o.spacing = spacing),
+            RestirSuffixError::Spacing(spacing)
+        );
+    }
     assert_eq!(refused(&|o| o.search_leaves = 0), RestirSuffixError::SearchLeaves);
     assert_eq!(
         refused(&|o| o.search_radius = -1.0),
