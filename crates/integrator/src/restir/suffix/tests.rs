@@ -292,12 +292,28 @@ fn faults_are_found() {
         Fault::NoThroughput,
         Fault::ThroughputTwice,
         Fault::CanonicalDivided,
-        Fault::ChancesIgnored,
         Fault::InverseJacobian,
         Fault::DirectTwice,
     ];
     check_faults(&faults, |fault| {
         let found = chains(&scene, from_afar(), [80, 2], CameraMotion::STILL, fault);
+        agree(&found, &truth)
+    })
+    .unwrap();
+}
+
+/// Where prefixes leave through the open side of the box, those that stay bring suffixes with
+/// other chances.
+#[test]
+fn chances_of_suffixes_count() {
+    let scene = small("cornell", 12);
+    let truth = truth(&scene, 80, 32);
+    let options = RestirSuffixOptions {
+        borrowed: 0,
+        ..from_afar()
+    };
+    check_faults(&[Fault::ChancesIgnored], |fault| {
+        let found = chains(&scene, options, [200, 1], CameraMotion::STILL, fault);
         agree(&found, &truth)
     })
     .unwrap();
@@ -324,13 +340,12 @@ fn spaced_supports_agree_too() {
     // Five does not divide the side.
     let spaced = |spacing, options| RestirSuffixOptions { spacing, ..options };
     let scene = small("cornell", 12);
-    let still = truth(&scene, 80, 32);
+    let still = truth(&scene, 160, 32);
     check_faults(&[Fault::InverseJacobian, Fault::CanonicalDivided], |fault| {
-        let options = spaced(2, from_afar());
-        agree(
-            &chains(&scene, options, [80, 2], CameraMotion::STILL, fault),
-            &still,
-        )
+        let mut options = spaced(2, from_afar());
+        options.suffixes.rounds = 5;
+        let found = chains(&scene, options, [400, 2], CameraMotion::STILL, fault);
+        agree(&found, &still)
     })
     .unwrap();
     let moved = truth(&moved(), 60, 32);
@@ -340,8 +355,8 @@ fn spaced_supports_agree_too() {
     )
     .unwrap();
     let (scene, options) = lamp_in_view();
-    let truth = truth(&scene, 60, 64);
-    let found = chains(&scene, spaced(5, options), [80, 2], CameraMotion::STILL, None);
+    let truth = truth(&scene, 120, 64);
+    let found = chains(&scene, spaced(5, options), [200, 2], CameraMotion::STILL, None);
     agree(&found, &truth).unwrap();
 }
 
