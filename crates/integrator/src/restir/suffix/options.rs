@@ -25,9 +25,9 @@ pub struct RestirSuffixOptions {
     pub canonical: u32,
     /// Supporting prefixes `M − 1` whose suffixes an integration prefix borrows; 0 for none.
     pub borrowed: u32,
-    /// Side of the square of pixels that have one supporting prefix, from 1 to [`MAX_SPACING`]. They
-    /// take time, and what a pixel borrows comes from any of them. Neighbourhoods and pairs of
-    /// suffixes count supporting prefixes, not pixels.
+    /// Side of the square of pixels that have one supporting prefix, from 1 to [`MAX_SPACING`]:
+    /// fewer of them take less time. Neighbourhoods and pairs of suffixes count supporting
+    /// prefixes, not pixels.
     pub spacing: u32,
     /// Search radius for supporting prefixes, as a share of the scene's size.
     pub search_radius: f32,
