@@ -1,22 +1,8 @@
 //! The warp from the root down.
 
-use super::bits::{MAX_QUADTREE_BITS, inner_count};
+use super::bits::inner_count;
 use glam::Vec2;
 use lightshed_sampling::ONE_MINUS_EPSILON;
-
-/// More than the number of leaves: a power of two, so that a remainder costs nothing.
-const LEAVES: usize = (3 * MAX_QUADTREE_BITS as usize / 4 + 2).next_power_of_two();
-
-/// `1/n`.
-static RECIPROCALS: [f32; LEAVES] = {
-    let mut table = [1.0; LEAVES];
-    let mut n = 2;
-    while n < LEAVES {
-        table[n] = 1.0 / n as f32;
-        n += 1;
-    }
-    table
-};
 
 /// A leaf that was chosen, and the place in it.
 pub(super) struct Chosen {
@@ -35,23 +21,19 @@ pub(super) struct Chosen {
 /// the half along v, then that along u within it. The rest of each number continues to the quarter.
 #[inline]
 pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen {
-    // `behind[k]` are the leaves below inner nodes from number k on, `first[k]` is the first inner
-    // node among the children of k. Children are stored after their parents, those of the last node
-    // last: from the back, the children of each are the next ones.
-    let (mut behind, mut first) = ([0u16; INNER], [0u16; INNER]);
+    // `first[k]` is the first inner node among the children of k, `behind[k]` thrice the sum over
+    // levels of how many inner nodes are not before the first descendant of k. Descendants of a
+    // node follow each other on each level, so `(behind[k] − behind[k + 1]) / 3` inner nodes are in
+    // the subtree of k. Children are stored after their parents, those of the last node last.
+    let (mut behind, mut first) = ([0f32; INNER], [0u16; INNER]);
     let count = (inner_count(words) as usize).min(INNER - 1);
-    let mut next = count;
-    let mut sum = 0;
-    let mut number = count;
+    let (mut start, mut number) = (count, count);
     for word in words.iter().rev() {
         for nibble in (0..8).rev() {
             number = number.saturating_sub(1);
-            let children = ones_of_four(word >> (4 * nibble) & 15);
-            let start = next.saturating_sub(children);
-            sum += 4 - children as u16 + behind[start % INNER] - behind[next % INNER];
-            behind[number % INNER] = sum;
+            start = start.saturating_sub(ones_of_four(word >> (4 * nibble) & 15));
             first[number % INNER] = start as u16;
-            next = start;
+            behind[number % INNER] = 3.0 * (count - number) as f32 + behind[start % INNER];
         }
     }
     let [mut u, mut v] = u;
@@ -59,25 +41,28 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
     loop {
         let bits = words[inner / 8] >> (4 * (inner % 8)) & 15;
         let start = usize::from(first[inner % INNER]);
-        let mut child = start;
-        let mut below = [1u16; 4];
-        for (quarter, below) in below.iter_mut().enumerate() {
-            let is_inner = bits >> quarter & 1;
-            let leaves = behind[child % INNER] - behind[(child + 1) % INNER];
-            *below = if is_inner != 0 { leaves } else { 1 };
-            child += is_inner as usize;
-        }
-        // Both halves choose, so that nothing waits for the choice between them.
-        let [a, b, c, d] = below;
-        let (lower, upper) = (choose(a, b, u), choose(c, d, u));
+        let mut next = start;
+        let bounds = [1, 2, 4, 8].map(|quarter| {
+            let bound = behind[next % INNER];
+            next += usize::from(bits & quarter != 0);
+            bound
+        });
+        // Each inner node has three leaves more than the leaf in whose place it is.
+        let [a, b, c, d] = bounds;
+        let (a, b, c, d) = (
+            1.0 + (a - b),
+            1.0 + (b - c),
+            1.0 + (c - d),
+            1.0 + (d - behind[next % INNER]),
+        );
         let (y, rest) = choose(a + b, c + d, v);
         v = rest;
         let x;
-        (x, u) = if y != 0 { upper } else { lower };
+        (x, u) = choose(pick(y, a, c), pick(y, b, d), u);
         depth += 1;
-        place = [2 * place[0] + x as u32, 2 * place[1] + y as u32];
+        place = [2 * place[0] + x, 2 * place[1] + y];
         let quarter = x + 2 * y;
-        code |= (quarter as u32) << (32 - 2 * depth);
+        code |= quarter << (32 - 2 * depth);
         if bits >> quarter & 1 == 0 {
             // A power of two from its exponent.
             let side = f32::from_bits((127 - depth) << 23);
@@ -95,13 +80,19 @@ fn ones_of_four(bits: u32) -> usize {
     (0x4332_3221_3221_2110u64 >> (4 * bits) & 15) as usize
 }
 
+/// The second of two numbers for 1, the first for 0: no branch, because nothing foretells it.
+#[inline(always)]
+fn pick(which: u32, first: f32, second: f32) -> f32 {
+    let [first, second] = [first, second].map(f32::to_bits);
+    f32::from_bits(first ^ (first ^ second) & which.wrapping_neg())
+}
+
 /// Selects between two numbers of leaves in proportion; the rest of the number is its position
 /// within the selected part.
 #[inline(always)]
-fn choose(low: u16, high: u16, u: f32) -> (usize, f32) {
-    let scaled = u * f32::from(low + high);
-    let is_high = scaled >= f32::from(low);
-    let (start, own) = if is_high { (low, high) } else { (0, low) };
-    let rest = (scaled - f32::from(start)) * RECIPROCALS[usize::from(own) % LEAVES];
-    (usize::from(is_high), rest.min(ONE_MINUS_EPSILON))
+fn choose(low: f32, high: f32, u: f32) -> (u32, f32) {
+    let scaled = u * (low + high);
+    let is_high = u32::from(scaled >= low);
+    let rest = (scaled - pick(is_high, 0.0, low)) * (1.0 / pick(is_high, low, high));
+    (is_high, rest.min(ONE_MINUS_EPSILON))
 }
