@@ -371,6 +371,15 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 task.region.samples = task.region.samples.saturating_add(count);
             }
         });
+        let middles: Vec<Option<Vec3>> = (0u32..)
+            .zip(&self.regions)
+            .map(|(slot, region)| {
+                let bounds = region.has_learnt.then(|| self.partition.bounds(slot))?;
+                self.partition.origin(slot)?;
+                Some(0.5 * (bounds.min + bounds.max))
+            })
+            .collect();
+        self.model.exchange(&mut self.records, &middles);
         update
     }
 }

@@ -38,6 +38,12 @@ pub trait DirectionalModel: Send + Sync {
     /// Learns from the samples of an update; never called without samples.
     fn learn(&self, records: &mut [Self::Record], samples: &[TrainingSample], region: &Bounds);
 
+    /// Lets regions pass on what they have found, after they have learnt. `middles` are those of
+    /// the regions, in the order of their [`stride`](Self::stride) records each; `None` where there
+    /// is no region, or one that has learnt nothing. The result must not depend on the threads. By
+    /// default nothing.
+    fn exchange(&self, _records: &mut [Self::Record], _middles: &[Option<Vec3>]) {}
+
     /// The region's distribution at a position in it, or near it.
     fn directions<'a>(&'a self, records: &'a [Self::Record], position: Vec3) -> Self::Distribution<'a>;
 

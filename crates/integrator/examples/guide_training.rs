@@ -9,12 +9,14 @@
 //!
 //! ```sh
 //! cargo run --release -p lightshed-integrator --example guide_training -- \
-//!     [scene] [cdq|sdtree|vmf|mcmm] [bits] [frames] [setting=value]…
+//!     [scene] [cdq|sdtree|vmf|mcmm|places] [bits] [frames] [setting=value]…
 //! ```
 
 use lightshed_guiding::{Interpolation, QuadtreeGoal};
 use lightshed_integrator::film::{FrameMethod, SampledFrames, process_cpu_seconds};
-use lightshed_integrator::{GuideKind, GuidedPaths, GuidedPathsOptions, PathTracer};
+use lightshed_integrator::{
+    GuideKind, GuidedPaths, GuidedPathsOptions, LightChoosing, LightSelection, PathTracer,
+};
 use lightshed_scene::{Rgb, Scene, builtin, import};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -30,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     (description.settings.width, description.settings.height) = (128, 128);
     let mut options = GuidedPathsOptions::new(argument(2, "cdq").parse::<GuideKind>()?);
-    let (mut seed, mut table) = (1, true);
+    let (mut seed, mut table, mut lights) = (1, true, LightChoosing::Power);
     options.quadtree.bits = argument(3, "64").parse()?;
     for setting in arguments.iter().skip(5) {
         let (name, value) = setting.split_once('=').ok_or("settings are name=value")?;
@@ -55,6 +57,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "parallax" => options.quadtree.parallax = value.parse()?,
             "worth" => options.worth_depth = value.parse()?,
             "roulette" => options.roulette_depth = value.parse()?,
+            "places" => options.places.places = value.parse()?,
+            "angle" => options.places.prior_angle = value.parse()?,
+            "place-decay" => options.places.decay = value.parse()?,
+            "even" => options.places.even_share = value.parse()?,
+            "exchanges" => options.places.exchanges = value.parse()?,
+            "lights" if value == "none" => lights = LightChoosing::Unfound,
+            "lights" => lights = value.parse()?,
             "table" => table = value.parse()?,
             "seed" => seed = value.parse()?,
             "samples" => options.samples = value.parse()?,
@@ -69,7 +78,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let scene = Scene::new(&description)?;
-    let mut method = GuidedPaths::new(&scene, scene.emitters_by_power(), options)?;
+    let emitters = LightSelection::trained(&scene, lights)?;
+    let mut method = GuidedPaths::new(&scene, &emitters, options)?;
     let mut image = vec![Rgb::ZERO; 128 * 128];
     // Where the noise of later frames is.
     let mut blocks = [[0.0f64; 16]; 16];
@@ -119,7 +129,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     let seconds = process_cpu_seconds().unwrap_or(0.0) - begin;
-    let (plain, plain_seconds) = plain_frames(&scene, frames, options.samples, seed);
+    let (plain, plain_seconds) = plain_frames(&scene, &emitters, frames, options.samples, seed);
     println!(
         "{name} {} {} bits, {frames} frames: variance {plain:.3e} plain, {:.3e} combined; CPU-s {plain_seconds:.2} \
          plain, {seconds:.2}; gain {:.2}{}",
@@ -155,9 +165,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Variance of the mean of so many frames of plain paths, summed over pixels and channels, and the
 /// CPU-seconds that they took.
-fn plain_frames(scene: &Scene, frames: u32, samples: u32, seed: u64) -> (f64, f64) {
-    let tracer =
-        PathTracer::new(scene, scene.emitters_by_power()).with_points(lightshed_sampling::PointSet::Sobol);
+fn plain_frames(
+    scene: &Scene,
+    emitters: &LightSelection<'_>,
+    frames: u32,
+    samples: u32,
+    seed: u64,
+) -> (f64, f64) {
+    let tracer = PathTracer::new(scene, emitters).with_points(lightshed_sampling::PointSet::Sobol);
     let mut halves = SampledFrames::new(tracer, [128; 2], samples / 2);
     let mut images = [vec![Rgb::ZERO; 128 * 128], vec![Rgb::ZERO; 128 * 128]];
     let (mut variance, begin) = (0.0, process_cpu_seconds().unwrap_or(0.0));

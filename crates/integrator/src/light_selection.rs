@@ -49,10 +49,14 @@ pub enum LightChoosing {
     /// Among the lights that are visible from there, as paths have learnt before, by a
     /// [`LightCache`] with a light BVH.
     Vlc,
+    /// None but points and directions, which nothing else finds: surfaces and environments are left
+    /// to the directions that paths take, and no list of them is used. Only for methods whose
+    /// directions find them; [`ALL`](Self::ALL) does not have it, and no name leads to it.
+    Unfound,
 }
 
 impl LightChoosing {
-    /// All of them.
+    /// All of them but [`Unfound`](Self::Unfound).
     pub const ALL: [Self; 12] = [
         Self::Uniform,
         Self::Power,
@@ -83,12 +87,13 @@ impl LightChoosing {
             Self::OpenTree => "open-tree",
             Self::OpenCurveBvh => "open-curve-bvh",
             Self::Vlc => "vlc",
+            Self::Unfound => "none",
         }
     }
 
     /// Whether it asks for the point that is lit.
     pub fn knows_the_point(self) -> bool {
-        !matches!(self, Self::Uniform | Self::Power)
+        !matches!(self, Self::Uniform | Self::Power | Self::Unfound)
     }
 }
 
@@ -128,6 +133,8 @@ pub struct LightSelection<'a> {
     infinite_probability: f32,
     /// Emitters at infinity, and one more if there are finite ones.
     groups: u32,
+    /// Whether an environment is never selected.
+    leaves_environment: bool,
 }
 
 enum Sampler {
@@ -178,7 +185,12 @@ impl<'a> LightSelection<'a> {
     /// See [`LightError`]; a scene's emitters are refused only where their intensities overflow.
     pub fn new(scene: &'a Scene, choosing: LightChoosing) -> Result<Self, LightError> {
         let emitters = scene.emitters();
-        let lights = scene_lights(emitters);
+        let mut lights = scene_lights(emitters);
+        if choosing == LightChoosing::Unfound {
+            // Surfaces come first.
+            let surfaces = lights.iter_mut().take(emitters.area_count());
+            surfaces.for_each(|light| light.intensity = 0.0);
+        }
         let shines = lights.iter().any(|light| light.intensity > 0.0);
         let build_bvh = |build| LightBvh::with_build(&lights, build);
         let bvh = |build| Ok(Sampler::Bvh(Box::new(build_bvh(build)?)));
@@ -187,7 +199,9 @@ impl<'a> LightSelection<'a> {
             .then(|| {
                 Ok(match choosing {
                     LightChoosing::Uniform => Sampler::Uniform(UniformLights::new(lights.len())?),
-                    LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
+                    LightChoosing::Power | LightChoosing::Unfound => {
+                        Sampler::Power(PowerLights::new(&lights)?)
+                    }
                     LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
                     LightChoosing::TwoLevel => Sampler::TwoLevel(Box::new(two_level(emitters, &lights)?)),
                     LightChoosing::Bvh => bvh(BvhBuild::Binned)?,
@@ -211,6 +225,7 @@ impl<'a> LightSelection<'a> {
             finite_probability: if sampler.is_some() { one } else { 0.0 },
             infinite_probability: infinite as f32 * one,
             groups,
+            leaves_environment: choosing == LightChoosing::Unfound,
             sampler,
         })
     }
@@ -339,8 +354,18 @@ impl<'a> LightSelection<'a> {
                 .chosen_with(probability),
             Chosen::Infinite { u: u_select } => self
                 .emitters
-                .sample_at_infinity(u_select, u)?
+                .sample_at_infinity(u_select, u)
+                .filter(|sample| sample.is_delta || !self.leaves_environment)?
                 .chosen_with(self.infinite_probability),
+        }
+    }
+
+    /// Probability of selecting an environment's group.
+    #[inline(always)]
+    fn environment_probability(&self) -> f32 {
+        match self.leaves_environment {
+            true => 0.0,
+            false => self.infinite_probability,
         }
     }
 }
@@ -380,7 +405,7 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline]
     fn pdf_environment(&self, _from: Vec3, _at: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
-        self.emitters.pdf_at_infinity(direction) * self.infinite_probability
+        self.emitters.pdf_at_infinity(direction) * self.environment_probability()
     }
 
     #[inline]
@@ -396,7 +421,11 @@ impl EmitterSampler for LightSelection<'_> {
                 (self.emitters.endpoint_on(from, emitter, u)?, probability)
             }
             Chosen::Infinite { u: u_select } => (
-                self.emitters.endpoint_at_infinity(u_select, u)?,
+                self.emitters
+                    .endpoint_at_infinity(u_select, u)
+                    .filter(|endpoint| {
+                        !(self.leaves_environment && matches!(endpoint, EmitterEndpoint::Environment { .. }))
+                    })?,
                 self.infinite_probability,
             ),
         })
@@ -420,6 +449,9 @@ impl EmitterSampler for LightSelection<'_> {
                 with_sampler!(sampler, s => s.pmf(at, emitter)) * self.finite_probability
             }
             (Some(_), None) => 0.0,
+            (None, _) if matches!(endpoint, EmitterEndpoint::Environment { .. }) => {
+                self.environment_probability()
+            }
             (None, _) => self.infinite_probability,
         }
     }

@@ -4,6 +4,7 @@ mod directions;
 mod field;
 mod light_cache;
 mod markov;
+mod places;
 #[cfg(feature = "serde")]
 mod stored;
 mod vmf;

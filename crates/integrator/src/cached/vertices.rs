@@ -167,10 +167,17 @@ struct Found<'f, S, G, O> {
 
 impl<S, G, O: PathObserver> Found<'_, S, G, O> {
     #[inline(always)]
-    fn contribute(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+    fn contribute(
+        &mut self,
+        place: usize,
+        edges: u32,
+        is_sampled_emitter: bool,
+        met: Option<Vec3>,
+        radiance: Rgb,
+    ) {
         self.samples[place].radiance += radiance;
         if O::IS_ACTIVE && self.watched >> place & 1 == 1 {
-            self.trails[place].contribute(edges, is_sampled_emitter, radiance);
+            self.trails[place].contribute(edges, is_sampled_emitter, met, radiance);
         }
     }
 
@@ -211,7 +218,8 @@ impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_
         // The vertex's own emission is not part of the cache.
         if depth > 1 {
             let met = path.met(transport.scene, &transport.sampler, ray, point);
-            self.contribute(place, depth, false, path.throughput * met);
+            let at = point.map(|point| point.position);
+            self.contribute(place, depth, false, at, path.throughput * met);
         }
     }
 
@@ -240,7 +248,7 @@ impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_
             if let Some(cached) = cached {
                 let bias = throughput * cached.bias;
                 sample.deferred_bias_squared = bias * bias;
-                self.contribute(place, depth, false, throughput * cached.radiance);
+                self.contribute(place, depth, false, None, throughput * cached.radiance);
                 return None;
             }
         }
@@ -258,7 +266,7 @@ impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_
     }
 
     fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
-        self.contribute(place, length, true, radiance);
+        self.contribute(place, length, true, None, radiance);
     }
 
     fn count(&mut self, path: usize, emitter: usize) {

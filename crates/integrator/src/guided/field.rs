@@ -4,7 +4,8 @@ use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
     BinaryTree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
-    QuadtreeModel, SeenQuadtree, Visit, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
+    PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree, Visit, VmfMixture, VmfModel,
+    WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -23,6 +24,8 @@ pub enum SceneField {
     Vmf(GuidingField<VmfModel>),
     /// Chains of lobes in an octree.
     Mixture(GuidingField<MarkovModel>),
+    /// Places in an octree.
+    Places(GuidingField<PlaceModel>),
 }
 
 /// A [`SceneField`]'s knowledge at a vertex.
@@ -36,6 +39,8 @@ pub enum FieldDirections<'a> {
     SdTree(WeightedDirections<'a>),
     /// Lobes.
     Lobes(VmfMixture),
+    /// Places.
+    Places(PlaceDirections<'a>),
 }
 
 impl SceneField {
@@ -63,6 +68,10 @@ impl SceneField {
                 let model = MarkovModel::new(options.chains, MAX_LOBES as u32)?;
                 Self::Mixture(GuidingField::new(bounds, model, options.field)?)
             }
+            GuideKind::Places => {
+                let model = PlaceModel::new(options.places)?;
+                Self::Places(GuidingField::new(bounds, model, options.field)?)
+            }
         })
     }
 
@@ -74,6 +83,7 @@ impl SceneField {
             Self::SdTree(field) => field.record(samples),
             Self::Vmf(field) => field.record(samples),
             Self::Mixture(field) => field.record(samples),
+            Self::Places(field) => field.record(samples),
         }
     }
 
@@ -85,6 +95,7 @@ impl SceneField {
             Self::SdTree(field) => field.visit(visits),
             Self::Vmf(field) => field.visit(visits),
             Self::Mixture(field) => field.visit(visits),
+            Self::Places(field) => field.visit(visits),
         }
     }
 
@@ -96,6 +107,7 @@ impl SceneField {
             Self::SdTree(field) => field.worth(position),
             Self::Vmf(field) => field.worth(position),
             Self::Mixture(field) => field.worth(position),
+            Self::Places(field) => field.worth(position),
         }
     }
 
@@ -109,6 +121,7 @@ impl SceneField {
             Self::SdTree(field) => field.update(),
             Self::Vmf(field) => field.update(),
             Self::Mixture(field) => field.update(),
+            Self::Places(field) => field.update(),
         }
     }
 
@@ -119,6 +132,7 @@ impl SceneField {
             Self::SdTree(field) => field.forget_samples(),
             Self::Vmf(field) => field.forget_samples(),
             Self::Mixture(field) => field.forget_samples(),
+            Self::Places(field) => field.forget_samples(),
         }
     }
 
@@ -129,6 +143,7 @@ impl SceneField {
             Self::SdTree(field) => field.mean_share(),
             Self::Vmf(field) => field.mean_share(),
             Self::Mixture(field) => field.mean_share(),
+            Self::Places(field) => field.mean_share(),
         }
     }
 
@@ -139,6 +154,7 @@ impl SceneField {
             Self::SdTree(field) => field.learnt_regions(),
             Self::Vmf(field) => field.learnt_regions(),
             Self::Mixture(field) => field.learnt_regions(),
+            Self::Places(field) => field.learnt_regions(),
         }
     }
 }
@@ -150,6 +166,7 @@ impl DirectionDistribution for FieldDirections<'_> {
             Self::Quadtree(directions) => directions.sample(u),
             Self::SdTree(directions) => directions.sample(u),
             Self::Lobes(directions) => directions.sample(u),
+            Self::Places(directions) => directions.sample(u),
         }
     }
 
@@ -159,6 +176,7 @@ impl DirectionDistribution for FieldDirections<'_> {
             Self::Quadtree(directions) => directions.pdf(direction),
             Self::SdTree(directions) => directions.pdf(direction),
             Self::Lobes(directions) => directions.pdf(direction),
+            Self::Places(directions) => directions.pdf(direction),
         }
     }
 }
@@ -184,6 +202,10 @@ impl DirectionGuide for SceneField {
             Self::Mixture(field) => {
                 let Guidance { directions, share } = field.at(vertex.position)?;
                 Some((FieldDirections::Lobes(directions), share))
+            }
+            Self::Places(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::Places(directions), share))
             }
         }
     }

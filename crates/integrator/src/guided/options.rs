@@ -2,7 +2,8 @@
 
 use crate::volume::volpath::VolumeTracking;
 use lightshed_guiding::{
-    FieldOptions, GuidingError, MarkovOptions, QuadtreeOptions, VmfFitOptions, WeightedTreeOptions,
+    FieldOptions, GuidingError, MarkovOptions, PlaceOptions, QuadtreeOptions, VmfFitOptions,
+    WeightedTreeOptions,
 };
 use lightshed_sampling::PointSet;
 use std::fmt;
@@ -20,11 +21,19 @@ pub enum GuideKind {
     Vmf,
     /// Eight Markov chains, each with a lobe, in an octree.
     Mixture,
+    /// Dozens of lobes towards places in an octree, for many small lights.
+    Places,
 }
 
 impl GuideKind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Quadtree, Self::SdTree, Self::Vmf, Self::Mixture];
+    pub const ALL: [Self; 5] = [
+        Self::Quadtree,
+        Self::SdTree,
+        Self::Vmf,
+        Self::Mixture,
+        Self::Places,
+    ];
 
     /// The name by which [`FromStr`] finds it.
     pub fn name(self) -> &'static str {
@@ -33,6 +42,7 @@ impl GuideKind {
             Self::SdTree => "sdtree",
             Self::Vmf => "vmf",
             Self::Mixture => "mcmm",
+            Self::Places => "places",
         }
     }
 
@@ -44,6 +54,7 @@ impl GuideKind {
             Self::SdTree => 2.0,
             Self::Vmf => 1.8,
             Self::Mixture => 2.6,
+            Self::Places => 4.0,
         }
     }
 }
@@ -83,6 +94,8 @@ pub struct GuidedPathsOptions {
     pub vmf: VmfFitOptions,
     /// How chains learn and wander.
     pub chains: MarkovOptions,
+    /// How places are learnt.
+    pub places: PlaceOptions,
     /// How regions are divided and shares are learnt.
     pub field: FieldOptions,
     /// Frames that train; the guide learns after the first, the second, the fourth and so on.
@@ -120,7 +133,11 @@ impl GuidedPathsOptions {
                 survival: 0.5,
                 ..MarkovOptions::default()
             },
-            field: FieldOptions::default(),
+            places: PlaceOptions::default(),
+            field: match kind {
+                GuideKind::Places => places_field(),
+                _ => FieldOptions::default(),
+            },
             training: 32,
             every_frame: false,
             points: PointSet::Sobol,
@@ -131,6 +148,18 @@ impl GuidedPathsOptions {
             worth_depth: 2,
             volume: None,
         }
+    }
+}
+
+/// Places mean the same from everywhere, so regions are large; they only differ in what is visible
+/// from there, and how bright. What is left of the noise is of lights that no region knows yet, so
+/// most directions look for them.
+fn places_field() -> FieldOptions {
+    FieldOptions {
+        split_above: 4096,
+        collapse_below: 2048,
+        max_share: 0.3,
+        ..FieldOptions::default()
     }
 }
 

@@ -120,11 +120,17 @@ impl PathObserver for FieldRecorder<'_> {
             if scattered == Rgb::ZERO {
                 continue;
             }
+            // A path may end at the emitter that it hit, without a vertex there.
+            let hit = || {
+                let mut found = path.contributions.iter();
+                found.find_map(|light| light.place.filter(|_| light.edges == vertex.depth + 1))
+            };
             let next = path.vertices.get(index + 1);
+            let next = next.map(|next| next.position).or_else(hit);
             samples[count] = GuidingSample {
                 position: vertex.position,
                 direction: onward.direction,
-                distance: next.map_or(f32::INFINITY, |next| next.position.distance(vertex.position)),
+                distance: next.map_or(f32::INFINITY, |next| next.distance(vertex.position)),
                 weight: luminance(scattered),
                 pdf: onward.pdf,
                 scattering_pdf: onward.scattering_pdf,

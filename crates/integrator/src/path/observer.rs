@@ -93,6 +93,8 @@ pub struct PathContribution {
     /// Whether its end was found by emitter sampling from the previous vertex; otherwise a
     /// direction hit it.
     pub is_sampled_emitter: bool,
+    /// Where a direction hit what emits, if that is a surface: a path that ends there has no vertex.
+    pub place: Option<Vec3>,
     /// Its contribution to the pixel, with its MIS weight.
     pub radiance: Rgb,
 }
@@ -183,11 +185,12 @@ impl Trail {
     }
 
     /// Light of a path; black counts for nothing.
-    pub fn contribute(&mut self, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+    pub fn contribute(&mut self, edges: u32, is_sampled_emitter: bool, place: Option<Vec3>, radiance: Rgb) {
         if radiance != Rgb::ZERO {
             self.contributions.push(PathContribution {
                 edges,
                 is_sampled_emitter,
+                place,
                 radiance,
             });
         }

@@ -182,9 +182,9 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
     }
 
     #[inline(always)]
-    fn add(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+    fn add(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, met: Option<Vec3>, radiance: Rgb) {
         if Self::OBSERVES && self.watches(place) {
-            self.trails[place].contribute(edges, is_sampled_emitter, radiance);
+            self.trails[place].contribute(edges, is_sampled_emitter, met, radiance);
         }
         self.radiances[place % MAX_BATCH] += radiance;
     }
@@ -225,13 +225,14 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     ) {
         let met = path.met(transport.scene, &transport.sampler, ray, point);
         let radiance = path.throughput * met;
+        let at = point.map(|point| point.position);
         if depth == 1 && point.is_some() && self.without_visible >> (place % MAX_BATCH) & 1 == 1 {
             if Self::OBSERVES && self.watches(place) {
-                self.trails[place].contribute(depth, false, radiance);
+                self.trails[place].contribute(depth, false, at, radiance);
             }
             return;
         }
-        self.add(place, depth, false, radiance);
+        self.add(place, depth, false, at, radiance);
     }
 
     #[inline(always)]
@@ -244,7 +245,7 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
         };
         let ending = self.ending.at(&mut self.endings[place], &vertex);
         if ending.radiance != Rgb::ZERO {
-            self.add(place, vertex.depth, false, ending.radiance);
+            self.add(place, vertex.depth, false, None, ending.radiance);
         }
         (ending.goes_on > 0.0).then(|| vertex.throughput * ending.goes_on)
     }
@@ -277,6 +278,6 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
 
     #[inline(always)]
     fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
-        self.add(place, length, true, radiance);
+        self.add(place, length, true, None, radiance);
     }
 }

@@ -40,7 +40,7 @@ pub const GUIDE: MethodOption = MethodOption::new(
         _ => one_of(text, &GuideKind::ALL.map(GuideKind::name)),
     },
     "What guides directions: none, cdq (quadtrees of a few bits in an octree), sdtree (quadtrees with weights in a binary tree), \
-     vmf (mixtures of lobes in an octree) or mcmm (Markov chains of lobes in an octree)",
+     vmf (mixtures of lobes in an octree), mcmm (Markov chains of lobes in an octree) or places (many small lights in an octree)",
 );
 
 /// Bits of a quadtree.

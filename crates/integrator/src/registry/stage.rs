@@ -11,8 +11,8 @@ use std::sync::{Arc, OnceLock};
 pub struct Stage<'a> {
     scene: &'a Scene,
     /// For each way to select; the last one is by power.
-    emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 1],
-    worlds: [OnceLock<SceneWorld<'a, AnyEmitters<'a>>>; LightChoosing::ALL.len() + 1],
+    emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
+    worlds: [OnceLock<SceneWorld<'a, AnyEmitters<'a>>>; LightChoosing::ALL.len() + 2],
 }
 
 /// What moves from frame to frame.
@@ -99,10 +99,10 @@ impl<'a> Stage<'a> {
 /// The place of a way to select emitters in the rows of [`Stage`].
 fn place(choosing: Option<LightChoosing>) -> usize {
     let ways = LightChoosing::ALL;
+    // Whatever is not in the list has the last place.
     choosing.map_or(ways.len(), |choosing| {
-        ways.iter()
-            .position(|&other| other == choosing)
-            .expect("all are in the list")
+        let listed = ways.iter().position(|&other| other == choosing);
+        listed.unwrap_or(ways.len() + 1)
     })
 }
 

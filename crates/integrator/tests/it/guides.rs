@@ -13,6 +13,7 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Half of the directions in a cone, the others anywhere: positive everywhere, and with a peak.
 #[derive(Clone, Copy)]
@@ -227,7 +228,7 @@ fn roulette_by_a_guide_changes_no_mean() {
 
 /// Holds what it is told to the samples' values.
 #[derive(Default)]
-struct Watch(Mutex<Vec<(SampleId, Rgb)>>);
+struct Watch(Mutex<Vec<(SampleId, Rgb)>>, AtomicUsize);
 
 impl PathObserver for Watch {
     fn observe(&self, path: &ObservedPath<'_>) {
@@ -236,6 +237,20 @@ impl PathObserver for Watch {
             .iter()
             .fold(Rgb::ZERO, |sum, light| sum + light.radiance);
         assert_eq!(sum, path.radiance);
+        for light in path.contributions {
+            let Some(place) = light.place else { continue };
+            assert!(!light.is_sampled_emitter);
+            // What a direction hit lies in that direction, though the path may end there.
+            let from = path
+                .vertices
+                .iter()
+                .find(|vertex| vertex.depth + 1 == light.edges);
+            if let Some((vertex, onward)) = from.and_then(|vertex| Some((vertex, vertex.onward?))) {
+                let seen = (place - vertex.position).normalize();
+                assert!(seen.distance(onward.direction) < 1e-3, "{seen} is not {onward:?}");
+                self.1.fetch_add(1, Ordering::Relaxed);
+            }
+        }
         for (index, vertex) in path.vertices.iter().enumerate() {
             assert!((vertex.incoming.length() - 1.0).abs() < 1e-4 && vertex.throughput.min_element() >= 0.0);
             if let Some(normal) = vertex.normal {

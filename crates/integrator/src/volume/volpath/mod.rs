@@ -346,7 +346,7 @@ impl<K> State<K> {
     #[inline(always)]
     fn add(&mut self, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
         if let Some(trail) = &mut self.trail {
-            trail.contribute(edges, is_sampled_emitter, radiance);
+            trail.contribute(edges, is_sampled_emitter, None, radiance);
         }
         self.radiance += radiance;
     }
