@@ -226,7 +226,7 @@ fn roulette_by_a_guide_changes_no_mean() {
     guided.test_equal(&plain, 1e-5).unwrap();
 }
 
-/// Holds what it is told to the samples' values.
+/// Holds what it is told to the samples' values, and counts emitters that were hit.
 #[derive(Default)]
 struct Watch(Mutex<Vec<(SampleId, Rgb)>>, AtomicUsize);
 
@@ -329,6 +329,8 @@ fn observers_see_all_that_arrives() {
     let tracer = || PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(6), 3);
     let watch = Watch::default();
     held("surfaces", &tracer(), &tracer().with_observer(&watch), &watch);
+    // Of so many paths, some hit the lamp by chance.
+    assert!(watch.1.load(Ordering::Relaxed) > 0);
     let guided = || tracer().with_guide(guide);
     held("guided", &guided(), &guided().with_observer(&watch), &watch);
     let tree = LightSelection::new(&scene, LightChoosing::Tree).unwrap();
