@@ -1,7 +1,6 @@
 //! Regions try what others have found.
 
-use super::model::nearest;
-use super::place::Place;
+use super::place::{Place, nearest};
 use glam::Vec3;
 
 /// A place that a region has just found, and how bright it would be one unit away.

@@ -3,7 +3,7 @@
 use super::directions::PlaceDirections;
 use super::exchange::exchange;
 use super::options::PlaceOptions;
-use super::place::{Batch, Place};
+use super::place::{Batch, Place, nearest};
 use crate::GuidingError;
 use crate::model::DirectionalModel;
 use crate::sample::TrainingSample;
@@ -13,8 +13,8 @@ use lightshed_spatial::Bounds;
 /// Distance, in extents of a region, that represents infinity.
 const FAR: f32 = 1e5;
 
-/// Up to some dozens of [`Place`]s in each region, for scenes with many small lights: flames, lamps,
-/// their images in water, that no list of lights leads to.
+/// Up to some dozens of [`Place`]s in each region, for scenes with many small lights that no list
+/// of lights leads to.
 ///
 /// Each sample belongs to the place within three of whose standard deviations it came from. Another
 /// one is a new place: it takes an empty slot or that of the place with least weight. Shares of
@@ -56,14 +56,6 @@ impl PlaceModel {
             places[last..].iter_mut().for_each(|place| place.cumulative = 1.0);
         }
     }
-}
-
-/// The place that light from `from` belongs to.
-pub(super) fn nearest(places: &[Place], from: Vec3) -> Option<usize> {
-    let known = places.iter().enumerate().filter(|(_, place)| place.is_known());
-    let distances = known.map(|(k, place)| (k, place.squared_distance(from)));
-    let (k, distance) = distances.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    (distance < 9.0).then_some(k)
 }
 
 impl DirectionalModel for PlaceModel {

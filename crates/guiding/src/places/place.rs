@@ -63,25 +63,19 @@ impl Batch {
 impl Place {
     /// `ȳ`.
     #[inline(always)]
-    pub fn mean(&self) -> Vec3 {
+    pub(super) fn mean(&self) -> Vec3 {
         self.mean.into()
-    }
-
-    /// `s²`: mean squared distance of the light from the mean.
-    #[inline(always)]
-    pub fn spread(&self) -> f32 {
-        self.spread
     }
 
     /// `Σ w` of the samples that came from there; those of earlier updates fade.
     #[inline(always)]
-    pub fn weight(&self) -> f32 {
+    pub(super) fn weight(&self) -> f32 {
         self.weight
     }
 
     /// Whether there is a place.
     #[inline(always)]
-    pub fn is_known(&self) -> bool {
+    pub(super) fn is_known(&self) -> bool {
         self.spread > 0.0
     }
 
@@ -168,6 +162,14 @@ impl Place {
         let exponent = 0.5 * concentration * (direction - mean).length_squared();
         peak_density(concentration) * (-exponent).exp()
     }
+}
+
+/// The place that light from `from` belongs to.
+pub(super) fn nearest(places: &[Place], from: Vec3) -> Option<usize> {
+    let known = places.iter().enumerate().filter(|(_, place)| place.is_known());
+    let distances = known.map(|(k, place)| (k, place.squared_distance(from)));
+    let (k, distance) = distances.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (distance < 9.0).then_some(k)
 }
 
 /// From this exponent on a lobe counts as zero: `e^{−87}` is the least normal number.

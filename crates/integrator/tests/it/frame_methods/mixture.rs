@@ -127,8 +127,8 @@ fn agrees_with(
 
 /// By candles, a test needs samples whose variance it can estimate. Two ten-thousandths of the
 /// directions of a BSDF meet a flame, and those that meet one that no lobe covers are nearly all of
-/// the variance: even plain paths that leave emitters to the BSDF fail this test, by a score of 30. So flames have eight times their radius and the same power, or emitter samples are
-/// merged.
+/// the variance: even plain paths that leave emitters to the BSDF fail this test, by a score of 30.
+/// So flames have eight times their radius and the same power, or emitter samples are merged.
 #[test]
 #[ignore = "takes minutes"]
 fn mixtures_agree_under_candles() {
