@@ -138,7 +138,11 @@ impl GuidedPathsOptions {
                 GuideKind::Places => places_field(),
                 _ => FieldOptions::default(),
             },
-            training: 32,
+            training: match kind {
+                // What is not known yet is nearly all of the noise.
+                GuideKind::Places => 256,
+                _ => 32,
+            },
             every_frame: false,
             points: PointSet::Sobol,
             samples: 4,
@@ -153,12 +157,12 @@ impl GuidedPathsOptions {
 
 /// Places mean the same from everywhere, so regions are large; they only differ in what is visible
 /// from there, and how bright. What is left of the noise is of lights that no region knows yet, so
-/// most directions look for them.
+/// half of the directions look for them.
 fn places_field() -> FieldOptions {
     FieldOptions {
         split_above: 4096,
         collapse_below: 2048,
-        max_share: 0.3,
+        max_share: 0.5,
         ..FieldOptions::default()
     }
 }

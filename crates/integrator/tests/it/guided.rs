@@ -4,8 +4,8 @@
 use crate::guides::{mean, sized};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
-    DirectionGuide, FieldDirections, GuideKind, GuidedPaths, GuidedPathsOptions, GuidedVertex, PathTracer,
-    SceneField, VolumePathTracer, VolumeTracking,
+    DirectionGuide, FieldDirections, GuideKind, GuidedPaths, GuidedPathsOptions, GuidedVertex, LightChoosing,
+    LightSelection, PathTracer, SceneField, VolumePathTracer, VolumeTracking,
 };
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -144,6 +144,23 @@ fn trained_fields_do_not_change_the_mean() {
             .unwrap();
         }
     }
+}
+
+/// Without a list of lights, places find the flames of candles again: most of what is found comes
+/// from directions to them. It does not if the field is not told where the last edge ended.
+#[test]
+fn places_learn_flames_that_no_list_leads_to() {
+    let mut description = builtin::candles();
+    (description.settings.width, description.settings.height) = (64, 64);
+    let scene = Scene::new(&description).unwrap();
+    let unfound = LightSelection::new(&scene, LightChoosing::Unfound).unwrap();
+    let mut options = GuidedPathsOptions::new(GuideKind::Places);
+    (options.samples, options.may_drop) = (32, false);
+    let mut method = GuidedPaths::new(&scene, &unfound, options).unwrap();
+    image_mean(&mut method, 16, 3);
+    let (regions, share) = (method.field().learnt_regions(), method.field().mean_share());
+    println!("{regions} regions, share {share}");
+    assert!(regions > 2 && share > 0.5);
 }
 
 /// Combinations of frames that were trained on each other have the mean of path tracing: over an
