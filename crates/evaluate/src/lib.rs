@@ -73,7 +73,7 @@ pub use interval::Interval;
 pub use lightshed_film as film;
 pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
-pub use plot::Plot;
+pub use plot::{Axis, Plot};
 pub use reference::Reference;
 pub use report::{ReportChain, ReportScene, html_report, html_report_so_far};
 pub use single::SingleFrames;

@@ -1,6 +1,6 @@
 //! Summary of a record: errors at equal time, time to equal error.
 
-use crate::{CurvePoint, Interval, Metric, Plot, Record};
+use crate::{Axis, CurvePoint, Interval, Metric, Plot, Record};
 use serde::{Deserialize, Serialize};
 
 /// One method against the baseline.
@@ -95,8 +95,8 @@ impl Record {
         });
         Plot {
             title: format!("{}: {} of luminance", self.scene, metric.name()),
-            x_label: "processor seconds",
-            y_label: metric.name(),
+            x: Axis::Logarithmic("processor seconds"),
+            y: Axis::Logarithmic(metric.name()),
             series: series.collect(),
         }
     }

@@ -5,7 +5,7 @@
 //! the groups of a tree are divided as they were in it.
 
 use super::least_seconds;
-use crate::plot::{Line, Plot};
+use crate::plot::{Axis, Plot};
 use lightshed_bvh::glam::Vec3;
 use lightshed_bvh::{Bounds, BuildError, Builder, Bvh, Method, Primitive, Sampling, SubsetOptions, sample};
 use lightshed_spatial::{Curve, CurveOrder};
@@ -110,19 +110,22 @@ fn of_subset(boxes: &[Bounds], options: &SubsetOptions) -> Result<(Vec<f64>, Vec
     Ok((touched, measured(&tree, &boxes, end)?))
 }
 
+/// The name and points of a line.
+type Series = (String, Vec<(f64, f64)>);
+
 /// One value for each level.
-fn by_level(name: &str, values: Vec<f64>) -> Line {
-    let points = (0..).map(f64::from).zip(values).map(|(level, n)| [level, n]);
-    Line::new(name, points.collect())
+fn by_level(name: &str, values: Vec<f64>) -> Series {
+    let points = (0..).map(f64::from).zip(values);
+    (name.to_owned(), points.collect())
 }
 
 /// Millions a second, in the middle of the levels measured together; each stands for `share` ones.
-fn throughput(name: &str, levels: &[Levels], share: f64) -> Line {
+fn throughput(name: &str, levels: &[Levels], share: f64) -> Series {
     let point = |levels: &Levels| {
         let middle = levels.first as f64 + 0.5 * (TOGETHER - 1) as f64;
-        [middle, levels.primitives / levels.seconds / share * 1e-6]
+        (middle, levels.primitives / levels.seconds / share * 1e-6)
     };
-    Line::new(name, levels.iter().map(point).collect())
+    (name.to_owned(), levels.iter().map(point).collect())
 }
 
 pub fn draw(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::error::Error>> {
@@ -147,22 +150,20 @@ pub fn draw(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::e
         );
     }
     let primitives = Plot {
-        title: "Primitives that each level touches",
-        x: "level",
-        y: "primitives",
-        logarithmic: false,
-        lines: vec![
+        title: "Primitives that each level touches".into(),
+        x: Axis::Linear("level"),
+        y: Axis::Linear("primitives"),
+        series: vec![
             by_level("binned", touched(&tree)),
             by_level("of the subset", touched_of_subset),
         ],
     };
     std::fs::write(folder.join("levels.svg"), primitives.svg())?;
     let plot = Plot {
-        title: "Primitives a second on each level",
-        x: "level",
-        y: "million a second",
-        logarithmic: false,
-        lines: vec![
+        title: "Primitives a second on each level".into(),
+        x: Axis::Linear("level"),
+        y: Axis::Linear("million a second"),
+        series: vec![
             throughput("binned", &whole, 1.0),
             throughput("of the subset", &part, 1.0),
             throughput("of all that it stands for", &part, share),

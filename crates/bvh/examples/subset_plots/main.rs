@@ -12,12 +12,13 @@
 //! `cargo run --release -p lightshed-bvh --example subset_plots -- FOLDER [THOUSANDS]`
 
 mod levels;
+#[path = "../../../evaluate/src/plot.rs"]
 mod plot;
 
 use lightshed_bvh::glam::Vec3;
 use lightshed_bvh::{BuildError, BuildOptions, Builder, Bvh, Insertion, Method, SubsetOptions};
 use lightshed_sampling::CounterRng;
-use plot::{Line, Plot};
+use plot::{Axis, Plot};
 use std::path::Path;
 
 /// Small triangles in heaps, and a few large ones.
@@ -84,21 +85,20 @@ fn speed_up(folder: &Path, most: usize) -> Result<(), Box<dyn std::error::Error>
         let (binned, _) = build(&triangles, Method::Binned.into(), 4)?;
         let (ours, _) = build(&triangles, Method::Subset(SubsetOptions::default()).into(), 4)?;
         println!("{size} triangles: {:.2} times as fast", binned / ours);
-        measured.push([size as f64, binned / ours]);
+        measured.push((size as f64, binned / ours));
     }
-    let mut lines = vec![Line::new("measured", measured)];
+    let mut lines = vec![("measured".to_owned(), measured)];
     for alpha in [0.0, 0.2, 0.4, 0.7] {
         let points = sizes
             .iter()
-            .map(|&n| [n as f64, model(n as f64, f64::from(fraction), alpha)]);
-        lines.push(Line::new(format!("model, overhead {alpha}"), points.collect()));
+            .map(|&n| (n as f64, model(n as f64, f64::from(fraction), alpha)));
+        lines.push((format!("model, overhead {alpha}"), points.collect()));
     }
     let plot = Plot {
-        title: "Speed-up of a stochastic subset over binned builds",
-        x: "primitives",
-        y: "times as fast",
-        logarithmic: true,
-        lines,
+        title: "Speed-up of a stochastic subset over binned builds".into(),
+        x: Axis::Logarithmic("primitives"),
+        y: Axis::Linear("times as fast"),
+        series: lines,
     };
     Ok(std::fs::write(folder.join("speed_up.svg"), plot.svg())?)
 }
@@ -134,20 +134,19 @@ fn fractions(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::
                 "{name}, {percent} %: cost {average:.4} of the binned tree's, from {low:.4} to {high:.4}"
             );
             let x = f64::from(percent);
-            least.push([x, low]);
-            mean.push([x, average]);
-            most.push([x, high]);
+            least.push((x, low));
+            mean.push((x, average));
+            most.push((x, high));
         }
-        lines.push(Line::new(format!("by {name}, greatest"), most));
-        lines.push(Line::new(format!("by {name}, mean"), mean));
-        lines.push(Line::new(format!("by {name}, least"), least));
+        lines.push((format!("by {name}, greatest"), most));
+        lines.push((format!("by {name}, mean"), mean));
+        lines.push((format!("by {name}, least"), least));
     }
     let plot = Plot {
-        title: "Cost of trees from subsets, 50 seeds each",
-        x: "primitives in the subset, %",
-        y: "cost, of the binned tree's",
-        logarithmic: false,
-        lines,
+        title: "Cost of trees from subsets, 50 seeds each".into(),
+        x: Axis::Linear("primitives in the subset, %"),
+        y: Axis::Linear("cost, of the binned tree's"),
+        series: lines,
     };
     Ok(std::fs::write(folder.join("fractions.svg"), plot.svg())?)
 }

@@ -9,12 +9,15 @@
 //!
 //! `cargo run --release -p lightshed-caching --example trees -- FOLDER`
 
+mod drawing;
+#[expect(dead_code, reason = "these plots have no linear axis")]
+#[path = "../../../evaluate/src/plot.rs"]
 mod plot;
 #[path = "../../tests/caching/tree.rs"]
 mod tree;
 
 use lightshed_caching::Termination;
-use plot::{Line, Plot};
+use plot::{Axis, Plot};
 use std::path::Path;
 use tree::{Estimator, Node};
 
@@ -27,36 +30,36 @@ fn variance(folder: &Path) -> std::io::Result<()> {
     let tree = Node::full(5, 1, &|_| 0.0);
     let own = tree.ended_by(&Termination::Fixed { depth: 99 }).variance;
     let bounds = (0..=220).map(|i| own * 10f64.powf(f64::from(i) / 20.0 - 6.0));
-    let measured: Vec<[f64; 2]> = bounds
+    let measured: Vec<(f64, f64)> = bounds
         .clone()
         .map(|bound| {
             let ended = tree.ended_by(&Termination::variance(bound as f32));
-            [bound, ended.mse(tree.value, 1.0).sqrt()]
+            (bound, ended.mse(tree.value, 1.0).sqrt())
         })
         .collect();
     println!("variance of the tree: {own:.4}; bound and root of the error:");
-    for [bound, error] in measured.iter().step_by(10) {
+    for &(bound, error) in measured.iter().step_by(10) {
         println!(
             "  {bound:12.5} {error:12.6} {:8.4} of the bound",
             error * error / bound
         );
     }
     let lines = vec![
-        Line::new(
-            "bound",
-            bounds.clone().map(|bound| [bound, bound.sqrt()]).collect(),
+        (
+            "bound".to_owned(),
+            bounds.clone().map(|bound| (bound, bound.sqrt())).collect(),
         ),
-        Line::new(
-            "the tree's own",
-            bounds.map(|bound| [bound, own.sqrt()]).collect(),
+        (
+            "the tree's own".to_owned(),
+            bounds.map(|bound| (bound, own.sqrt())).collect(),
         ),
-        Line::new("error of ended paths", measured),
+        ("error of ended paths".to_owned(), measured),
     ];
     let plot = Plot {
-        title: "Paths that end by a bound on their variance",
-        x: "bound on the variance",
-        y: "root mean squared error",
-        lines,
+        title: "Paths that end by a bound on their variance".into(),
+        x: Axis::Logarithmic("bound on the variance"),
+        y: Axis::Logarithmic("root mean squared error"),
+        series: lines,
     };
     std::fs::write(folder.join("variance.svg"), plot.svg())
 }
@@ -65,7 +68,7 @@ fn mse(folder: &Path) -> std::io::Result<()> {
     let tree = Node::full(4, 1, &bias);
     let all = tree.estimators();
     let samples: Vec<f64> = (0..=60).map(|i| 10f64.powf(f64::from(i) / 10.0 - 1.0)).collect();
-    let of = |error: &dyn Fn(f64) -> f64| samples.iter().map(|&n| [n, error(n).sqrt()]).collect();
+    let of = |error: &dyn Fn(f64) -> f64| samples.iter().map(|&n| (n, error(n).sqrt())).collect();
     let least = |n: f64| {
         let errors = all.iter().map(|cut| cut.mse(tree.value, n));
         errors.fold(f64::INFINITY, f64::min)
@@ -77,15 +80,15 @@ fn mse(folder: &Path) -> std::io::Result<()> {
         })
     };
     let mut lines = vec![
-        Line::new("least of all ends", of(&least)),
-        Line::new("bound by dynamic programming", of(&|n| tree.least_bound(n))),
+        ("least of all ends".to_owned(), of(&least)),
+        (
+            "bound by dynamic programming".to_owned(),
+            of(&|n| tree.least_bound(n)),
+        ),
     ];
     for target in [0.1, 1.0, 10.0, 100.0, 1000.0, 1e5] {
         let ended = by_rule(target);
-        lines.push(Line::new(
-            format!("target {target}"),
-            of(&|n| ended.mse(tree.value, n)),
-        ));
+        lines.push((format!("target {target}"), of(&|n| ended.mse(tree.value, n))));
     }
     println!("samples, least mean squared error, by the rule for as many samples, ratio; bound:");
     for n in [0.1, 1.0, 10.0, 100.0, 1000.0, 1e4, 1e5] {
@@ -97,13 +100,13 @@ fn mse(folder: &Path) -> std::io::Result<()> {
         );
     }
     let plot = Plot {
-        title: "Paths that end by their error, among 677 sets of ends",
-        x: "samples",
-        y: "root mean squared error",
-        lines,
+        title: "Paths that end by their error, among 677 sets of ends".into(),
+        x: Axis::Logarithmic("samples"),
+        y: Axis::Logarithmic("root mean squared error"),
+        series: lines,
     };
     std::fs::write(folder.join("mse.svg"), plot.svg())?;
-    std::fs::write(folder.join("tree.svg"), plot::tree(&tree))
+    std::fs::write(folder.join("tree.svg"), drawing::of(&tree))
 }
 
 fn main() -> std::io::Result<()> {

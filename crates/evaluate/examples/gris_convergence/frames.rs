@@ -8,7 +8,7 @@ use lightshed::resampling::{
     correlation, duplicate_rate, merge, neighbour_correlation,
 };
 use lightshed::sampling::CounterRng;
-use lightshed_evaluate::Plot;
+use lightshed_evaluate::{Axis, Plot};
 use serde_json::{Value, json};
 
 /// Fig. 6.2: the average over the frames of one pixel, with and without a cap, over an ensemble of
@@ -91,8 +91,8 @@ pub fn average_over_frames(effort: f64) -> Outcome {
         values: Value::Object(values),
         plot: Some(Plot {
             title: "Error of the average over frames, by confidence cap".into(),
-            x_label: "frames",
-            y_label: "relative mean squared error of the average",
+            x: Axis::Logarithmic("frames"),
+            y: Axis::Logarithmic("relative mean squared error of the average"),
             series,
         }),
         claims,
@@ -234,8 +234,8 @@ pub fn error_of_frames(effort: f64) -> Outcome {
         values: Value::Object(values),
         plot: Some(Plot {
             title: "Error of single frames, by confidence cap".into(),
-            x_label: "frame",
-            y_label: "relative mean squared error",
+            x: Axis::Logarithmic("frame"),
+            y: Axis::Logarithmic("relative mean squared error"),
             series,
         }),
         claims,

@@ -5,7 +5,7 @@ use crate::fit::slope;
 use crate::pixels::{Pixel, SamePlace};
 use lightshed::resampling::{DomainReservoir, Input, Mis, Moments, merge};
 use lightshed::sampling::CounterRng;
-use lightshed_evaluate::Plot;
+use lightshed_evaluate::{Axis, Plot};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -158,8 +158,8 @@ pub fn fixed_window(effort: f64) -> Outcome {
         values: Value::Object(values),
         plot: Some(Plot {
             title: "Error against samples in a window of 7 × 7 pixels".into(),
-            x_label: "samples M",
-            y_label: "relative mean squared error",
+            x: Axis::Logarithmic("samples M"),
+            y: Axis::Logarithmic("relative mean squared error"),
             series,
         }),
         claims,
@@ -263,8 +263,8 @@ pub fn growing_window(effort: f64) -> Outcome {
         values: Value::Object(values),
         plot: Some(Plot {
             title: "Error against window size with one canonical sample".into(),
-            x_label: "pixels M",
-            y_label: "relative mean squared error",
+            x: Axis::Logarithmic("pixels M"),
+            y: Axis::Logarithmic("relative mean squared error"),
             series,
         }),
         claims,

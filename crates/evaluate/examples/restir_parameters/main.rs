@@ -14,7 +14,7 @@ mod measure;
 use clap::Parser;
 use lightshed::integrator::{Neighbourhood, PathMapping, PathTracer, RestirPtOptions};
 use lightshed::scene::{Scene, builtin, import};
-use lightshed_evaluate::{Plot, Reference};
+use lightshed_evaluate::{Axis, Plot, Reference};
 use measure::{Measured, race};
 use serde_json::json;
 use std::error::Error;
@@ -128,8 +128,8 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     for (file, title, series) in plots {
         let plot = Plot {
             title: format!("{}: dense windows, {title}", arguments.scene),
-            x_label: "pixels reused from",
-            y_label: "MSE of luminance",
+            x: Axis::Logarithmic("pixels reused from"),
+            y: Axis::Logarithmic("MSE of luminance"),
             series,
         };
         std::fs::write(arguments.plots.join(format!("dense_{file}.svg")), plot.svg())?;
@@ -142,8 +142,8 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             "{}: sparse neighbours within 10 pixels, equal time",
             arguments.scene
         ),
-        x_label: "neighbours in each round",
-        y_label: "MSE of luminance",
+        x: Axis::Logarithmic("neighbours in each round"),
+        y: Axis::Logarithmic("MSE of luminance"),
         series: rounds
             .map(|(rounds, row)| {
                 let at_ten = row.iter().skip(1).step_by(RADII.len());
