@@ -135,29 +135,29 @@ impl TriangleRay {
     #[inline(always)]
     pub fn any<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> bool {
         let (t, _, _, hit) = self.test::<L>(block, t_max);
-        hit != 0 && (t.least_of(hit).first() >= self.doubtful || self.confirmed(block, &t.store(), hit) != 0)
-    }
-
-    /// The hits but for doubtful ones whose planes are not ahead.
-    #[cold]
-    #[inline(never)]
-    fn confirmed(&self, block: &TriangleBlock, t: &[f32; 8], hit: u32) -> u32 {
-        let mut confirmed = hit;
-        for lane in 0..8 {
-            let corner = |v: usize| Vec3::from_array(block.vertices[v].map(|row| row[lane]));
-            let is_doubtful = hit >> lane & 1 == 1 && t[lane] < self.doubtful;
-            if is_doubtful
-                && !is_ahead(
-                    Vec3::from_array(self.origin),
-                    self.direction,
-                    &[corner(0), corner(1), corner(2)],
-                )
-            {
-                confirmed &= !(1 << lane);
-            }
+        let near = t.less(L::splat(self.doubtful)).bits() & hit;
+        if near == 0 {
+            hit != 0
+        } else {
+            confirmed(*self, block, near, hit) != 0
         }
-        confirmed
     }
+}
+
+/// The hits but for those among the `doubtful` ones whose planes are not ahead. By value: a
+/// reference to the ray would keep it out of registers everywhere.
+#[cold]
+#[inline(never)]
+fn confirmed(ray: TriangleRay, block: &TriangleBlock, doubtful: u32, hit: u32) -> u32 {
+    let mut confirmed = hit;
+    for lane in 0..8 {
+        let corner = |v: usize| Vec3::from_array(block.vertices[v].map(|row| row[lane]));
+        let corners = [corner(0), corner(1), corner(2)];
+        if doubtful >> lane & 1 == 1 && !is_ahead(Vec3::from_array(ray.origin), ray.direction, &corners) {
+            confirmed &= !(1 << lane);
+        }
+    }
+    confirmed
 }
 
 /// The nearest hit so far.
@@ -190,11 +190,11 @@ impl Nearest {
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
         let (t, a, b, mut hit) = ray.test::<L>(block, self.bound);
-        let mut nearest = t.least_of(hit);
-        if nearest.first() < ray.doubtful {
-            hit = ray.confirmed(block, &t.store(), hit);
-            nearest = t.least_of(hit);
+        let near = t.less(L::splat(ray.doubtful)).bits() & hit;
+        if near != 0 {
+            hit = confirmed(*ray, block, near, hit);
         }
+        let nearest = t.least_of(hit);
         let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
         // Selections instead of a branch on whether there was a hit, which is practically random.
         let primitive = block.primitives[lane];
