@@ -17,7 +17,7 @@ use crate::traverse::MAX_DEPTH;
 use crate::tree::Bvh;
 use crate::treelet;
 use crate::twins::Twins;
-use lightshed_lanes::{LaneChoice, prefetch};
+use lightshed_lanes::{LaneChoice, prefetch, resize_in_huge_pages};
 
 /// Builds trees, and keeps the memory for the next one.
 ///
@@ -92,8 +92,8 @@ impl Builder {
     /// Builds a tree of at most so many levels over some items.
     fn build_bounded<P: Primitive>(&mut self, source: &Source<P>, levels: usize, tree: &mut Bvh) {
         let count = source.len();
-        tree.nodes.resize(2 * count - 1, Node::default());
-        tree.order.resize(count, 0);
+        resize_in_huge_pages(&mut tree.nodes, 2 * count - 1, Node::default());
+        resize_in_huge_pages(&mut tree.order, count, 0);
         self.build(source, self.options.method, tree);
         if let Some(reinsertion) = &self.options.reinsertion
             && !matches!(self.options.method, Method::Ploc { .. })

@@ -8,7 +8,7 @@ use crate::item::BoxItem;
 use crate::primitive::Primitive;
 use crate::source::Source;
 use glam::Vec4;
-use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch, resize_in_huge_pages};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::morton63_encode;
 
@@ -44,7 +44,7 @@ impl Morton {
     pub fn sort<P: Primitive>(&mut self, source: &Source<P>, cells: &mut [BoxItem]) {
         let count = source.len();
         self.index_bits = count.max(2).next_power_of_two().trailing_zeros();
-        self.words.resize(count, 0);
+        resize_in_huge_pages(&mut self.words, count, 0);
         encode(source, &mut self.words, self.index_bits);
         sort(
             &mut self.words,
@@ -69,7 +69,7 @@ impl Morton {
         said: &mut [u32],
         look: impl Fn(&BoxItem) -> u32 + Copy + Sync,
     ) {
-        sorted.resize(source.len(), BoxItem::EMPTY);
+        resize_in_huge_pages(sorted, source.len(), BoxItem::EMPTY);
         self.gather_part(source, 0, sorted, said, look);
     }
 

@@ -10,7 +10,7 @@
 use crate::item::BoxItem;
 use crate::paired::{Layout, Paired, Place};
 use crate::treelet;
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, resize_in_huge_pages};
 use lightshed_sampling::parallel::{for_each, for_each_chunk};
 
 /// Groups that a thread takes at once.
@@ -75,7 +75,7 @@ impl Scratch {
     ) {
         self.paired.clear();
         self.groups.clear();
-        self.groups.resize(starts.len().saturating_sub(1), BoxItem::EMPTY);
+        resize_in_huge_pages(&mut self.groups, starts.len().saturating_sub(1), BoxItem::EMPTY);
         for_each_chunk(&mut self.groups, CHUNK, |from, groups| {
             for (number, group) in (from..).zip(groups) {
                 let mut bounds = BoxItem::EMPTY;
@@ -108,7 +108,7 @@ impl Scratch {
             nearest,
         } = self;
         fill_columns(groups, columns);
-        nearest.resize(groups.len(), 0);
+        resize_in_huge_pages(nearest, groups.len(), 0);
         let count = groups.len();
         for_each_chunk(nearest, CHUNK, |start, nearest| {
             lanes.run(FindNearest {
@@ -150,7 +150,7 @@ fn fill_columns(groups: &[BoxItem], columns: &mut [Vec<f32>; 6]) {
         // The lanes of a row: three, one that is no coordinate, and three.
         let lane = axis + axis / 3;
         column.extend(groups.iter().map(|group| group.row()[lane]));
-        column.resize(APART + groups.len() + APART, 0.0);
+        resize_in_huge_pages(column, APART + groups.len() + APART, 0.0);
     }
 }
 

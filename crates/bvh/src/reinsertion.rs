@@ -13,6 +13,7 @@ use crate::item::BoxItem;
 use crate::node::Node;
 use crate::paired::{Paired, ROOT, area_of};
 use crate::tree::Bvh;
+use lightshed_lanes::resize_in_huge_pages;
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// Searches that a thread makes at once.
@@ -70,8 +71,8 @@ impl Bvh {
         let least = area_of_largest(nodes, first.saturating_mul(REACH), areas);
         let mut paired = Paired::new(self, least);
         if paired.improve(first, reinsertion.passes) {
-            room.nodes.resize(self.nodes.len(), Node::default());
-            room.order.resize(self.order.len(), 0);
+            resize_in_huge_pages(&mut room.nodes, self.nodes.len(), Node::default());
+            resize_in_huge_pages(&mut room.order, self.order.len(), 0);
             core::mem::swap(self, room);
             paired.write(room, self);
         }

@@ -5,7 +5,7 @@ use crate::item::BoxItem;
 use crate::primitive::{MAX_PRIMITIVES, Primitive};
 use core::ops::Range;
 use glam::{BVec4A, Vec4};
-use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, resize_in_huge_pages};
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// Items that a thread makes at once.
@@ -131,7 +131,7 @@ impl<'a, P: Primitive> Source<'a, P> {
 
     /// All items, in the order of the primitives.
     pub fn collect(&self, items: &mut Vec<BoxItem>) {
-        items.resize(self.len(), BoxItem::EMPTY);
+        resize_in_huge_pages(items, self.len(), BoxItem::EMPTY);
         for_each_chunk(items, CHUNK, |start, items| {
             for (i, item) in items.iter_mut().enumerate() {
                 *item = self.item(start + i);

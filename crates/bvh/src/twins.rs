@@ -14,7 +14,7 @@ use crate::primitive::Primitive;
 use crate::source::Source;
 use crate::tree::Bvh;
 use glam::Vec4;
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, prefetch};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, prefetch, resize_in_huge_pages};
 use lightshed_sampling::parallel::{for_each, for_each_chunk};
 
 /// Largest area of the box around two, as a share of the sum of theirs.
@@ -77,7 +77,7 @@ impl Twins {
             return false;
         }
         self.firsts.clear();
-        self.firsts.resize(count, 0);
+        resize_in_huge_pages(&mut self.firsts, count, 0);
         let mut counts = vec![0; count.div_ceil(CHUNK)];
         let chunks = self.firsts.chunks_mut(CHUNK).zip(&mut counts);
         for_each(chunks, |chunk, (words, kept)| {
@@ -93,7 +93,7 @@ impl Twins {
         if !is_worth(kept, count) {
             return false;
         }
-        self.boxes.resize(kept, BoxItem::EMPTY);
+        resize_in_huge_pages(&mut self.boxes, kept, BoxItem::EMPTY);
         let (firsts, lanes) = (&self.firsts, LaneChoice::best());
         for_each_chunk(&mut self.boxes, CHUNK, |start, boxes| {
             lanes.run(Boxes(source, &firsts[start..], boxes));
@@ -110,8 +110,8 @@ impl Twins {
     /// own any more.
     pub fn expand<P: Primitive>(&mut self, source: &Source<P>, joined: &mut Bvh, tree: &mut Bvh) {
         let count = source.len();
-        tree.nodes.resize(2 * count - 1, Node::default());
-        tree.order.resize(count, 0);
+        resize_in_huge_pages(&mut tree.nodes, 2 * count - 1, Node::default());
+        resize_in_huge_pages(&mut tree.order, count, 0);
         self.before.clear();
         let mut sum = 0;
         for place in &mut joined.order {

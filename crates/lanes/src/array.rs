@@ -1,6 +1,6 @@
 //! Lanes in plain arrays.
 
-use crate::{LANES, LaneMask, LaneWords, Lanes};
+use crate::{AnyLanes, LANES, LaneMask, LaneWords, Lanes};
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// The specification of [`Lanes`], for any machine.
@@ -11,9 +11,9 @@ pub struct ArrayLanes([f32; LANES]);
 #[derive(Clone, Copy, Debug)]
 pub struct ArrayWords([u32; LANES]);
 
-/// The specification of [`LaneMask`].
+/// The specification of [`LaneMask`]; masks of eight lanes in AVX-512 are the same.
 #[derive(Clone, Copy, Debug)]
-pub struct ArrayMask(u8);
+pub struct ArrayMask(pub(crate) u8);
 
 #[inline(always)]
 fn lanewise(a: ArrayLanes, b: ArrayLanes, f: impl Fn(f32, f32) -> f32) -> ArrayLanes {
@@ -118,37 +118,26 @@ impl LaneWords for ArrayWords {
     }
 }
 
-impl Lanes for ArrayLanes {
-    const IN_REGISTERS: bool = false;
+impl AnyLanes for ArrayLanes {
+    const COUNT: usize = LANES;
     type Mask = ArrayMask;
-    type Words = ArrayWords;
 
+    #[inline(always)]
+    fn read(bits: &[u32]) -> Self {
+        Self(core::array::from_fn(|i| f32::from_bits(bits[..LANES][i])))
+    }
+    #[inline(always)]
+    fn write(self, bits: &mut [u32]) {
+        bits[..LANES].copy_from_slice(&self.0.map(f32::to_bits));
+    }
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self([value; LANES])
     }
-    #[inline(always)]
-    fn load(values: &[f32; LANES]) -> Self {
-        Self(*values)
-    }
-    #[inline(always)]
-    fn store(self) -> [f32; LANES] {
-        self.0
-    }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES] {
-        core::array::from_fn(|j| Self(core::array::from_fn(|i| rows[i][j])))
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
-        core::array::from_fn(|j| Self(pairs.map(|pair| pair[j])))
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn pick(table: &[f32; 4], index: ArrayWords) -> Self {
-        Self(index.0.map(|index| table[index as usize % 4]))
+    fn pick(table: &[f32; 4], index: Self) -> Self {
+        Self(index.0.map(|index| table[index.to_bits() as usize % 4]))
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
@@ -172,11 +161,6 @@ impl Lanes for ArrayLanes {
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn copysign(self, sign: Self) -> Self {
-        lanewise(self, sign, f32::copysign)
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn select(self, mask: ArrayMask, other: Self) -> Self {
         Self(core::array::from_fn(|i| {
             if mask.0 >> i & 1 == 1 {
@@ -185,6 +169,51 @@ impl Lanes for ArrayLanes {
                 other.0[i]
             }
         }))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn equal(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a == b)
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn less(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a < b)
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn less_equal(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a <= b)
+    }
+}
+
+impl Lanes for ArrayLanes {
+    const IN_REGISTERS: bool = false;
+    type Words = ArrayWords;
+    type Long = Self;
+
+    #[inline(always)]
+    fn load(values: &[f32; LANES]) -> Self {
+        Self(*values)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; LANES] {
+        self.0
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES] {
+        core::array::from_fn(|j| Self(core::array::from_fn(|i| rows[i][j])))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
+        core::array::from_fn(|j| Self(pairs.map(|pair| pair[j])))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn copysign(self, sign: Self) -> Self {
+        lanewise(self, sign, f32::copysign)
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
@@ -259,21 +288,6 @@ impl Lanes for ArrayLanes {
             core::array::from_fn(|i| pairs[i] + if i % 4 >= 2 { pairs[i / 4 * 4 + 1] } else { 0.0 });
         let v = core::array::from_fn(|i| fours[i] + if i >= 4 { fours[3] } else { 0.0 });
         Self(v)
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn equal(self, other: Self) -> ArrayMask {
-        mask(self, other, |a, b| a == b)
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn less(self, other: Self) -> ArrayMask {
-        mask(self, other, |a, b| a < b)
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn less_equal(self, other: Self) -> ArrayMask {
-        mask(self, other, |a, b| a <= b)
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]

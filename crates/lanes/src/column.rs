@@ -1,13 +1,13 @@
 //! One attribute of up to 64 things, side by side.
 
-use crate::{LANES, LaneWords, Lanes};
+use crate::{AnyLanes, LANES, LaneWords, Lanes, MOST_LANES};
 
 /// One attribute of up to [`Column::CAPACITY`] things, for kernels that take eight at a time.
 /// Groups of eight are loaded and stored whole, or selected lanes are written one behind the other.
 /// A column holds words; values are stored as their bits.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
-pub struct Column([u32; Column::CAPACITY + LANES]);
+pub struct Column([u32; Column::CAPACITY + MOST_LANES]);
 
 impl Column {
     /// Number of things that a column has room for.
@@ -16,7 +16,7 @@ impl Column {
     /// The same value everywhere.
     #[inline(always)]
     pub const fn splat(value: f32) -> Self {
-        Self([value.to_bits(); Self::CAPACITY + LANES])
+        Self([value.to_bits(); Self::CAPACITY + MOST_LANES])
     }
 
     /// The row of lanes that begins at `place`, or at the end of the capacity: there is room for
@@ -45,6 +45,21 @@ impl Column {
     #[inline(always)]
     pub fn load_words<L: Lanes>(&self, place: usize) -> L::Words {
         L::Words::load(self.row(place))
+    }
+
+    /// As many values as there are lanes, from thing `place` on; `place` is at most the capacity.
+    #[inline(always)]
+    pub fn read<L: AnyLanes>(&self, place: usize) -> L {
+        let start = place.min(Self::CAPACITY);
+        L::read(&self.0[start..start + MOST_LANES])
+    }
+
+    /// Sets as many values as there are lanes, from thing `place` on; `place` is at most the
+    /// capacity.
+    #[inline(always)]
+    pub fn write<L: AnyLanes>(&mut self, place: usize, values: L) {
+        let start = place.min(Self::CAPACITY);
+        values.write(&mut self.0[start..start + MOST_LANES]);
     }
 
     /// Sets the values of things `place` to `place + 7`; `place` is at most the capacity.

@@ -1,7 +1,7 @@
 //! Cache lines that will be needed.
 
 #[cfg(target_arch = "x86_64")]
-use crate::avx2;
+use crate::x86;
 
 /// Asks for the cache line of `value` to be brought near.
 #[inline(always)]
@@ -13,7 +13,7 @@ pub fn prefetch<T>(value: &T) {
 #[inline(always)]
 pub fn prefetch_line(address: *const u8) {
     #[cfg(target_arch = "x86_64")]
-    avx2::prefetch_line(address);
+    x86::prefetch_line(address);
     #[cfg(not(target_arch = "x86_64"))]
     let _ = address;
 }

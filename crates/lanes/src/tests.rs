@@ -46,6 +46,7 @@ struct Everything<'a> {
 const ABOVE_ONE: f64 = 1.0 + 1e-9;
 
 impl LaneKernel for Everything<'_> {
+    const HOT: bool = true;
     type Output = (Vec<[f32; LANES]>, Vec<u32>);
 
     #[inline(always)]
@@ -76,7 +77,7 @@ impl LaneKernel for Everything<'_> {
             L::from_integers((mixed * words).shift_right::<8>()).store(),
             L::from_integers((L::from_integers(mixed.shift_right::<8>()) * L::splat(0.37)).to_integers())
                 .store(),
-            L::pick(&[1.0, 2.0, 3.0, 4.0], mixed & L::Words::splat(3)).store(),
+            L::pick(&[1.0, 2.0, 3.0, 4.0], L::from_bits(mixed)).store(),
             [a.first(); LANES],
             [a.lane(self.mask as usize); LANES],
             a.delayed().store(),
@@ -164,9 +165,131 @@ fn assert_same(found: &(Vec<[f32; LANES]>, Vec<u32>), expected: &(Vec<[f32; LANE
 fn operations_are_those_of_scalars() {
     for (number, [a, b]) in (0u32..).zip(pairs()) {
         let mask = number.wrapping_mul(0x9e37_79b9) >> 24;
-        for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+        for choice in LaneChoice::all() {
             let found = choice.run(Everything { a: &a, b: &b, mask });
             assert_same(&found, &expected(a, b, mask));
+        }
+    }
+}
+
+/// What lanes of any number do, to sixteen values of `a` and `b` in columns.
+struct Long<'a> {
+    a: &'a Column,
+    b: &'a Column,
+    mask: u32,
+}
+
+/// Rows of [`Long`].
+const LONG_ROWS: usize = 16;
+
+impl Long<'_> {
+    #[inline(always)]
+    fn run_on<L: AnyLanes>(self) -> Vec<Column> {
+        let mut rows = vec![Column::splat(0.0); LONG_ROWS];
+        for place in (0..MOST_LANES).step_by(L::COUNT) {
+            let (a, b) = (self.a.read::<L>(place), self.b.read::<L>(place));
+            let mask = L::Mask::from_bits(self.mask >> place);
+            let (one, zero) = (L::splat(1.0), L::splat(0.0));
+            let found: [L; LONG_ROWS] = [
+                a + b,
+                a - b,
+                a * b,
+                a / b,
+                -a,
+                a.min(b),
+                a.max(b),
+                a.sqrt(),
+                a.abs(),
+                a.select(mask, b),
+                L::pick(&[1.0, 2.0, 3.0, 4.0], a + b),
+                one.select(a.equal(b), zero),
+                one.select(a.less(b) & mask, zero),
+                one.select(a.less_equal(b) | mask, zero),
+                one.select(!mask, zero),
+                one.select(L::Mask::from_bits(a.less(b).bits()), zero),
+            ];
+            for (row, found) in rows.iter_mut().zip(found) {
+                row.write(place, found);
+            }
+        }
+        rows
+    }
+}
+
+impl LaneKernel for Long<'_> {
+    const HOT: bool = true;
+    type Output = [Vec<Column>; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { a, b, mask } = self;
+        [Self { a, b, mask }.run_on::<L>(), self.run_on::<L::Long>()]
+    }
+}
+
+#[test]
+fn lanes_of_any_number_do_what_scalars_do() {
+    for (number, [a, b]) in (0u32..).zip(pairs()) {
+        let mask = number.wrapping_mul(0x9e37_79b9) >> 16;
+        let set = |i: usize| mask >> i & 1 == 1;
+        let (x, y) = (
+            |i: usize| a[i % LANES],
+            |i: usize| if i < LANES { b[i] } else { a[15 - i] },
+        );
+        let truth = |of: &dyn Fn(usize) -> bool| core::array::from_fn(|i| f32::from(u8::from(of(i))));
+        let each = |f: &dyn Fn(f32, f32) -> f32| core::array::from_fn(|i| f(x(i), y(i)));
+        let expected: [[f32; MOST_LANES]; LONG_ROWS] = [
+            each(&|x, y| x + y),
+            each(&|x, y| x - y),
+            each(&|x, y| x * y),
+            each(&|x, y| x / y),
+            each(&|x, _| -x),
+            each(&|x, y| if x < y { x } else { y }),
+            each(&|x, y| if x > y { x } else { y }),
+            each(&|x, _| x.sqrt()),
+            each(&|x, _| x.abs()),
+            core::array::from_fn(|i| if set(i) { x(i) } else { y(i) }),
+            each(&|x, y| ((x + y).to_bits() & 3) as f32 + 1.0),
+            truth(&|i| x(i) == y(i)),
+            truth(&|i| x(i) < y(i) && set(i)),
+            truth(&|i| x(i) <= y(i) || set(i)),
+            truth(&|i| !set(i)),
+            truth(&|i| x(i) < y(i)),
+        ];
+        let (mut columns, nan) = ([const { Column::splat(0.0) }; 2], |v: f32| v.is_nan());
+        for i in 0..MOST_LANES {
+            columns[0].set(i, x(i));
+            columns[1].set(i, y(i));
+        }
+        for choice in LaneChoice::all() {
+            let [a, b] = &columns;
+            for found in choice.run(Long { a, b, mask }) {
+                for (row, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                    for (lane, &expected) in expected.iter().enumerate() {
+                        // A NaN's bits are not promised, so what is picked by them is not either.
+                        let skip = row == 10 && nan(x(lane) + y(lane));
+                        assert!(
+                            skip || bits(found.get(lane)) == bits(expected),
+                            "{choice:?}, row {row}, lane {lane}: {} for {expected}",
+                            found.get(lane)
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The lanes of a processor have names, by which they can be asked for, and the specification is
+/// the first.
+#[test]
+fn lanes_have_names() {
+    let names: Vec<&str> = LaneChoice::all().iter().map(|lanes| lanes.name()).collect();
+    assert!(["array", "avx2", "avx512"].starts_with(&names), "{names:?}");
+    assert!(names.contains(&LaneChoice::best().name()));
+    for name in ["avx2", "avx512"] {
+        if !names.contains(&name) {
+            println!("SKIPPED: this processor has no lanes {name}");
         }
     }
 }
@@ -179,6 +302,7 @@ struct Moves {
 }
 
 impl LaneKernel for Moves {
+    const HOT: bool = true;
     type Output = ([f32; LANES], [f32; LANES]);
 
     #[inline(always)]
@@ -194,7 +318,7 @@ impl LaneKernel for Moves {
 #[test]
 fn compressions_keep_the_chosen_lanes_in_order() {
     let values = [5.0, -1.0, 3.0, 9.0, -7.0, 0.5, 2.0, 4.0];
-    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+    for choice in LaneChoice::all() {
         for mask in 0..256 {
             for flip in 0..8 {
                 let (compressed, least) = choice.run(Moves { values, mask, flip });
@@ -213,6 +337,7 @@ fn compressions_keep_the_chosen_lanes_in_order() {
 struct Transpose<'a>(&'a [[f32; LANES]; LANES]);
 
 impl LaneKernel for Transpose<'_> {
+    const HOT: bool = true;
     type Output = [[f32; LANES]; LANES];
 
     #[inline(always)]
@@ -230,7 +355,7 @@ impl LaneKernel for Transpose<'_> {
 #[test]
 fn transposes_exchange_rows_and_columns() {
     let rows: [[f32; LANES]; LANES] = core::array::from_fn(|i| core::array::from_fn(|j| (10 * i + j) as f32));
-    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+    for choice in LaneChoice::all() {
         let columns = choice.run(Transpose(&rows));
         for i in 0..LANES {
             for j in 0..LANES {
@@ -243,6 +368,7 @@ fn transposes_exchange_rows_and_columns() {
 struct Pairs<'a>(&'a [[f32; 2]; LANES]);
 
 impl LaneKernel for Pairs<'_> {
+    const HOT: bool = true;
     type Output = [[f32; LANES]; 2];
 
     #[inline(always)]
@@ -256,7 +382,7 @@ impl LaneKernel for Pairs<'_> {
 #[test]
 fn pairs_are_taken_apart() {
     let pairs: [[f32; 2]; LANES] = core::array::from_fn(|i| [i as f32, (10 + i) as f32]);
-    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+    for choice in LaneChoice::all() {
         let columns = choice.run(Pairs(&pairs));
         for j in 0..2 {
             assert_eq!(columns[j], pairs.map(|pair| pair[j]));
@@ -272,6 +398,7 @@ struct Append<'a> {
 }
 
 impl LaneKernel for Append<'_> {
+    const HOT: bool = true;
     type Output = [f32; LANES];
 
     #[inline(always)]
@@ -284,7 +411,7 @@ impl LaneKernel for Append<'_> {
 
 #[test]
 fn columns_are_filled_without_gaps() {
-    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+    for choice in LaneChoice::all() {
         let mut column = Column::splat(-1.0);
         let mut expected = Vec::new();
         let mut number = 0u32;
@@ -328,4 +455,68 @@ fn a_wrong_bit_is_seen() {
     found.0[0][2] = -found.0[0][2];
     let caught = std::panic::catch_unwind(|| assert_same(&found, &expected(a, b, 7)));
     assert!(caught.is_err());
+}
+
+/// Lists that begin and end within pages keep their values, and what is said to lie in huge pages
+/// does, by the system's own account of this process.
+#[test]
+fn lists_move_into_huge_pages_and_keep_their_values() {
+    assert_eq!(use_huge_pages::<u64>(&[]), 0);
+    assert_eq!(use_huge_pages(&[1u8; 3000]), 0);
+    assert_eq!(use_huge_pages(&[(); 1 << 40]), 0);
+    let list: Vec<u64> = (0..(40 << 17) + 321).collect();
+    let part = &list[77..];
+    let before = in_huge_pages(part);
+    let moved = use_huge_pages(part);
+    assert!(list.iter().copied().eq(0..list.len() as u64));
+    if moved == 0 {
+        println!("SKIPPED: the system has no huge pages");
+        return;
+    }
+    // All but what lies in the first and the last huge page.
+    assert!(moved > 37 << 20 && moved <= size_of_val(part), "{moved}");
+    let now = in_huge_pages(part);
+    assert!(
+        now >= moved && now > before,
+        "{before}, then {now} of {moved} bytes"
+    );
+}
+
+/// Resizing is that of `Vec`, and what memory it gets is asked for in huge pages once.
+#[test]
+fn lists_are_resized_as_vectors_are() {
+    let (mut list, mut expected) = (vec![5u64; 3], vec![5u64; 3]);
+    for (count, value) in [(0, 1), (9, 2), (4, 3), (6 << 18, 4), (7, 5), (5 << 18, 6)] {
+        resize_in_huge_pages(&mut list, count, value);
+        expected.resize(count, value);
+        assert!(list == expected, "{count}");
+    }
+    let setting = std::fs::read_to_string("/sys/kernel/mm/transparent_hugepage/enabled");
+    if !setting.is_ok_and(|setting| setting.contains("[madvise]") || setting.contains("[always]")) {
+        println!("SKIPPED: the system has no huge pages");
+        return;
+    }
+    let mut fresh = Vec::new();
+    resize_in_huge_pages(&mut fresh, 40 << 20, 1u8);
+    assert!(in_huge_pages(&fresh) >= 36 << 20, "{}", in_huge_pages(&fresh));
+}
+
+/// Bytes in huge pages of the mappings that a list lies in.
+fn in_huge_pages<T>(list: &[T]) -> usize {
+    let list = list.as_ptr_range();
+    let maps = std::fs::read_to_string("/proc/self/smaps").unwrap_or_default();
+    let number = |text: &str| usize::from_str_radix(text, 16).ok();
+    let (mut inside, mut kib) = (false, 0);
+    for line in maps.lines() {
+        let mut words = line.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        if let Some((start, end)) = first.split_once('-')
+            && let (Some(start), Some(end)) = (number(start), number(end))
+        {
+            inside = start < list.end.addr() && list.start.addr() < end;
+        } else if inside && first == "AnonHugePages:" {
+            kib += words.next().and_then(|kib| kib.parse().ok()).unwrap_or(0);
+        }
+    }
+    kib << 10
 }

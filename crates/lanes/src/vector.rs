@@ -1,9 +1,9 @@
-//! Eight vectors of three.
+//! Vectors of three in lanes.
 
-use crate::{LANES, Lanes};
+use crate::{AnyLanes, LANES, Lanes};
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// Eight vectors, coordinate by coordinate. Operations round as those of `glam::Vec3` do.
+/// Vectors, one a lane, coordinate by coordinate. Operations round as those of `glam::Vec3` do.
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3Lanes<L> {
     /// First coordinates.
@@ -14,7 +14,7 @@ pub struct Vec3Lanes<L> {
     pub z: L,
 }
 
-impl<L: Lanes> Vec3Lanes<L> {
+impl<L: AnyLanes> Vec3Lanes<L> {
     /// From coordinates.
     #[inline(always)]
     pub fn new(x: L, y: L, z: L) -> Self {
@@ -67,7 +67,9 @@ impl<L: Lanes> Vec3Lanes<L> {
             self.z.select(mask, other.z),
         )
     }
+}
 
+impl<L: Lanes> Vec3Lanes<L> {
     /// To memory, coordinate by coordinate.
     #[inline(always)]
     pub fn store(self) -> [[f32; LANES]; 3] {
@@ -75,7 +77,7 @@ impl<L: Lanes> Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Add for Vec3Lanes<L> {
+impl<L: AnyLanes> Add for Vec3Lanes<L> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -83,7 +85,7 @@ impl<L: Lanes> Add for Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Sub for Vec3Lanes<L> {
+impl<L: AnyLanes> Sub for Vec3Lanes<L> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -91,7 +93,7 @@ impl<L: Lanes> Sub for Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Mul<L> for Vec3Lanes<L> {
+impl<L: AnyLanes> Mul<L> for Vec3Lanes<L> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: L) -> Self {
@@ -99,7 +101,7 @@ impl<L: Lanes> Mul<L> for Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Mul for Vec3Lanes<L> {
+impl<L: AnyLanes> Mul for Vec3Lanes<L> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -107,7 +109,7 @@ impl<L: Lanes> Mul for Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Neg for Vec3Lanes<L> {
+impl<L: AnyLanes> Neg for Vec3Lanes<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {

@@ -7,7 +7,7 @@
 
 use crate::OrientationCone;
 use glam::Vec3;
-use lightshed_lanes::{ArrayLanes, LANES, LaneWords, Lanes, Vec3Lanes};
+use lightshed_lanes::{AnyLanes, ArrayLanes, LANES, LaneWords, Lanes, Vec3Lanes};
 use std::f32::consts::FRAC_PI_2;
 
 /// A ball around normals, before it is packed.

@@ -23,16 +23,20 @@ use glam::{Vec2, Vec3};
 
 use crate::measure::{Density, PrimarySample, SolidAngle};
 
-/// `±1`, `+1` at both zeros.
+/// `a`, or `−a` where `x` is negative; both zeros are not.
 #[inline(always)]
-fn sign(x: f32) -> f32 {
-    if x < 0.0 { -1.0 } else { 1.0 }
+fn signed(a: f32, x: f32) -> f32 {
+    f32::from_bits(a.to_bits() ^ u32::from(x < 0.0) << 31)
 }
 
-/// Folds the lower half outward, and back.
+/// Folds the lower half outward, and back, where `is_lower`. No branch: nothing foretells in which
+/// half a direction is.
 #[inline(always)]
-fn fold(xy: Vec2) -> Vec2 {
-    Vec2::new((1.0 - xy.y.abs()) * sign(xy.x), (1.0 - xy.x.abs()) * sign(xy.y))
+fn fold(xy: Vec2, is_lower: bool) -> Vec2 {
+    let folded = [signed(1.0 - xy.y.abs(), xy.x), signed(1.0 - xy.x.abs(), xy.y)];
+    let mask = u32::from(is_lower).wrapping_neg();
+    let select = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (a.to_bits() ^ b.to_bits()) & mask);
+    Vec2::new(select(xy.x, folded[0]), select(xy.y, folded[1]))
 }
 
 /// Direction → [−1, 1]².
@@ -44,15 +48,14 @@ fn project(direction: Vec3) -> Vec2 {
     }
     // The quotients may exceed 1 by rounding.
     let xy = (direction.truncate() / norm).clamp(Vec2::NEG_ONE, Vec2::ONE);
-    if direction.z < 0.0 { fold(xy) } else { xy }
+    fold(xy, direction.z < 0.0)
 }
 
 /// [−1, 1]² → the octahedron.
 #[inline(always)]
 fn lift(xy: Vec2) -> Vec3 {
     let z = 1.0 - xy.x.abs() - xy.y.abs();
-    let xy = if z < 0.0 { fold(xy) } else { xy };
-    xy.extend(z)
+    fold(xy, z < 0.0).extend(z)
 }
 
 /// The point of the unit square [0, 1]² for a direction.

@@ -403,6 +403,7 @@ mod tests {
         fn lanes_equal_one_by_one(seed: u64, pixel: [u32; 8], sample: [u32; 8], block in 0u32..1 << 30) {
             struct Blocks(u64, [u32; 8], [u32; 8], u32);
             impl lightshed_lanes::LaneKernel for Blocks {
+                const HOT: bool = true;
                 type Output = [[u32; 8]; 4];
                 #[inline(always)]
                 fn run<L: Lanes>(self) -> Self::Output {
@@ -411,7 +412,7 @@ mod tests {
                     [a.store(), b.store(), c.store(), d.store()]
                 }
             }
-            for lanes in [lightshed_lanes::LaneChoice::ARRAY, lightshed_lanes::LaneChoice::best()] {
+            for lanes in lightshed_lanes::LaneChoice::all() {
                 let found = lanes.run(Blocks(seed, pixel, sample, block));
                 for lane in 0..8 {
                     let expected = SobolSampler::block(seed, pixel[lane], sample[lane], block);

@@ -5,6 +5,7 @@
 //! enough to be sorted in cache. Only runs that agree in all these bits compare whole codes.
 
 use crate::{Bounds, Curve, CurveCube};
+use lightshed_lanes::resize_in_huge_pages;
 use lightshed_sampling::parallel::{for_each_chunk, join, reduce};
 
 /// Most buckets of one pass.
@@ -66,9 +67,9 @@ impl CurveOrder {
 
     /// Room for `count` codes.
     fn resize(&mut self, count: usize) {
-        self.codes.resize(count, 0);
-        self.words.resize(count, 0);
-        self.spare.resize(count, 0);
+        resize_in_huge_pages(&mut self.codes, count, 0);
+        resize_in_huge_pages(&mut self.words, count, 0);
+        resize_in_huge_pages(&mut self.spare, count, 0);
     }
 
     /// The indices of all items in the order of their codes, those of equal codes in the order of

@@ -20,7 +20,7 @@ use build::{Spares, collect_items};
 use extent::{Item, LightExtent};
 pub use layout::BvhLayout;
 use lightshed_bvh::{AlongCurve, Binned, Clustered, Clusters, MergedTree, Merges, Pyramid, SubsetOptions};
-use lightshed_lanes::{Lanes, prefetch};
+use lightshed_lanes::{Lanes, prefetch, use_huge_pages};
 use lightshed_spatial::CurveOrder;
 use node::{LEAF, NO_LEAF, WideNode};
 
@@ -109,6 +109,8 @@ impl LightBvh {
             scratch: Scratch::default(),
         };
         bvh.rebuild(lights)?;
+        // A choice reads nodes all over the tree.
+        use_huge_pages(&bvh.blocks);
         Ok(bvh)
     }
 

@@ -24,6 +24,7 @@ struct Arguments {
 type Results = Vec<[f32; LANES]>;
 
 impl LaneKernel for Arguments {
+    const HOT: bool = true;
     type Output = Results;
 
     #[inline(always)]
@@ -161,7 +162,7 @@ fn lanes_give_the_bits_of_one() {
     check_faults(&faults, |fault| {
         for (number, arguments) in arguments().iter().enumerate() {
             let expected = bits(alone(arguments, fault));
-            for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+            for choice in LaneChoice::all() {
                 if bits(choice.run(*arguments)) != expected {
                     return Err(format!("{choice:?} differs at arguments {number}"));
                 }

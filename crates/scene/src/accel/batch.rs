@@ -2,7 +2,7 @@
 
 use super::{Hit, Ray};
 use glam::Vec3;
-use lightshed_lanes::{Column, Lanes, Vec3Lanes};
+use lightshed_lanes::{AnyLanes, Column, Lanes, Vec3Lanes};
 
 /// Up to [`RayBatch::CAPACITY`] rays, one column a coordinate, for code that reads and writes eight
 /// at a time. The user keeps the number of rays.
@@ -65,6 +65,17 @@ impl RayBatch {
         [
             Vec3Lanes::new(ox.load(place), oy.load(place), oz.load(place)),
             Vec3Lanes::new(dx.load(place), dy.load(place), dz.load(place)),
+        ]
+    }
+
+    /// Origins and directions of the rays from `place` on, as many as there are lanes.
+    #[inline(always)]
+    pub fn read<L: AnyLanes>(&self, place: usize) -> [Vec3Lanes<L>; 2] {
+        let [ox, oy, oz] = &self.origin;
+        let [dx, dy, dz] = &self.direction;
+        [
+            Vec3Lanes::new(ox.read(place), oy.read(place), oz.read(place)),
+            Vec3Lanes::new(dx.read(place), dy.read(place), dz.read(place)),
         ]
     }
 

@@ -54,9 +54,6 @@ pub struct TriangleRay {
     axes: [usize; 3],
     /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
     shear: [f32; 3],
-    direction: Vec3,
-    /// Hits before this ray parameter are looked at again, see [`super::triangle`].
-    doubtful: f32,
 }
 
 /// A triangle's corner relative to the ray, sheared so that the ray runs along the last axis.
@@ -67,10 +64,9 @@ struct Sheared<L> {
 }
 
 impl TriangleRay {
-    /// For a ray and one over each coordinate of its direction. Hits nearer than `reach` along a
-    /// coordinate are looked at again.
+    /// For a ray and one over each coordinate of its direction.
     #[inline(always)]
-    pub fn new(ray: &Ray, inverse_direction: [f32; 3], reach: f32) -> Self {
+    pub fn new(ray: &Ray, inverse_direction: [f32; 3]) -> Self {
         let d = ray.direction.to_array();
         let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
         let kz = if magnitude[0] > magnitude[1] {
@@ -88,9 +84,14 @@ impl TriangleRay {
             origin: ray.origin.to_array(),
             axes: [kx, ky, kz],
             shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
-            direction: ray.direction,
-            doubtful: reach * inverse_z.abs(),
         }
+    }
+
+    /// Hits before this ray parameter, nearer than `reach` along a coordinate, are looked at again,
+    /// see [`super::triangle`].
+    #[inline(always)]
+    pub fn doubtful(&self, reach: f32) -> f32 {
+        reach * self.shear[2].abs()
     }
 
     #[inline(always)]
@@ -131,29 +132,23 @@ impl TriangleRay {
         )
     }
 
-    /// Whether any triangle is hit within `(0, t_max)`.
+    /// The triangles hit within `(0, t_max)`, and those of them that are hit before `doubtful`.
     #[inline(always)]
-    pub fn any<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> bool {
+    pub fn hits<L: Lanes>(&self, block: &TriangleBlock, t_max: f32, doubtful: f32) -> (u32, u32) {
         let (t, _, _, hit) = self.test::<L>(block, t_max);
-        let near = t.less(L::splat(self.doubtful)).bits() & hit;
-        if near == 0 {
-            hit != 0
-        } else {
-            confirmed(*self, block, near, hit) != 0
-        }
+        (hit, t.less(L::splat(doubtful)).bits() & hit)
     }
 }
 
-/// The hits but for those among the `doubtful` ones whose planes are not ahead. By value: a
-/// reference to the ray would keep it out of registers everywhere.
+/// Those of the hits whose planes are ahead.
 #[cold]
 #[inline(never)]
-fn confirmed(ray: TriangleRay, block: &TriangleBlock, doubtful: u32, hit: u32) -> u32 {
-    let mut confirmed = hit;
+pub fn confirmed(ray: Ray, block: &TriangleBlock, hits: u32) -> u32 {
+    let mut confirmed = hits;
     for lane in 0..8 {
         let corner = |v: usize| Vec3::from_array(block.vertices[v].map(|row| row[lane]));
         let corners = [corner(0), corner(1), corner(2)];
-        if doubtful >> lane & 1 == 1 && !is_ahead(Vec3::from_array(ray.origin), ray.direction, &corners) {
+        if hits >> lane & 1 == 1 && !is_ahead(ray.origin, ray.direction, &corners) {
             confirmed &= !(1 << lane);
         }
     }
@@ -189,11 +184,28 @@ impl Nearest {
     /// equal distances, that of the lowest index.
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
-        let (t, a, b, mut hit) = ray.test::<L>(block, self.bound);
-        let near = t.less(L::splat(ray.doubtful)).bits() & hit;
-        if near != 0 {
-            hit = confirmed(*ray, block, near, hit);
-        }
+        let (t, a, b, hit) = ray.test::<L>(block, self.bound);
+        self.take::<L>(block, t, [a, b], hit);
+    }
+
+    /// The same for a ray whose nearest hit is doubtful: only hits whose planes are ahead, among
+    /// those before `doubtful`.
+    #[inline(always)]
+    pub fn take_confirmed<L: Lanes>(
+        &mut self,
+        ray: &TriangleRay,
+        of: &Ray,
+        block: &TriangleBlock,
+        doubtful: f32,
+    ) {
+        let (t, a, b, hit) = ray.test::<L>(block, self.bound);
+        let near = t.less(L::splat(doubtful)).bits() & hit;
+        let hit = hit & !near | confirmed(*of, block, near);
+        self.take::<L>(block, t, [a, b], hit);
+    }
+
+    #[inline(always)]
+    fn take<L: Lanes>(&mut self, block: &TriangleBlock, t: L, [a, b]: [L; 2], hit: u32) {
         let nearest = t.least_of(hit);
         let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
         // Selections instead of a branch on whether there was a hit, which is practically random.
@@ -240,6 +252,12 @@ impl Nearest {
                 ..found
             };
         }
+    }
+
+    /// Whether what was found lies before `doubtful`, so that planes must be looked at.
+    #[inline(always)]
+    pub fn is_doubtful(&self, doubtful: f32) -> bool {
+        self.t < doubtful && self.primitive != u32::MAX
     }
 
     /// The hit, if there was any.

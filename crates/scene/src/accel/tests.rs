@@ -217,9 +217,12 @@ fn rays_do_not_hit_the_needle_that_they_leave() {
     }
     // The test of areas alone, without the look at planes.
     let unsure = |ray: &Ray| {
-        let triangle = block::TriangleRay::new(ray, (1.0 / ray.direction).to_array(), 0.0);
+        let triangle = block::TriangleRay::new(ray, (1.0 / ray.direction).to_array());
         let block = block::TriangleBlock::new((0..).zip(slat));
-        triangle.any::<lightshed_lanes::ArrayLanes>(&block, ray.t_max)
+        triangle
+            .hits::<lightshed_lanes::ArrayLanes>(&block, ray.t_max, 0.0)
+            .0
+            != 0
     };
     let wrong = rays.iter().filter(|ray| unsure(ray)).count();
     assert!(unsure(&rays[0]) && wrong > 20, "{wrong} rays would be wrong");

@@ -17,6 +17,7 @@ use crate::{
 };
 use glam::{DAffine3, Vec3};
 use lightshed_bvh::Preset;
+use lightshed_lanes::use_huge_pages;
 use std::ops::Range;
 
 /// How to build a scene.
@@ -153,6 +154,11 @@ impl Scene {
             let preset = options.preset(settings, corners.len() + spheres.len() + in_objects);
             Accelerator::with_instances(corners, spheres, &objects, &instances, preset)
         };
+        // What shading reads at random, where rays hit.
+        use_huge_pages(&flat.triangles);
+        use_huge_pages(&flat.normals);
+        use_huge_pages(&flat.uvs);
+        use_huge_pages(&flat.colors);
         let emitting = EmittingSurfaces::build(&flat, build);
         let emitters = Emitters::new(flat.emitters, emitters)?;
         let mut scene = Self {

@@ -2,6 +2,7 @@
 
 use crate::Rgb;
 use crate::fingerprint::Fingerprint;
+use lightshed_lanes::use_huge_pages;
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -95,6 +96,10 @@ impl Image {
         if expected == 0 || count != expected {
             return None;
         }
+        match &texels {
+            Texels::Linear(pixels) => use_huge_pages(pixels),
+            Texels::Coded { codes, .. } => use_huge_pages(codes),
+        };
         let mut image = Self {
             width,
             height,

@@ -10,7 +10,7 @@
 mod build;
 mod together;
 
-use super::block::{Nearest, TriangleBlock, TriangleRay};
+use super::block::{Nearest, TriangleBlock, TriangleRay, confirmed};
 use super::{Hit, Ray};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
@@ -87,14 +87,22 @@ struct NearestAlone<'a> {
 }
 
 impl LaneKernel for NearestAlone<'_> {
+    const HOT: bool = true;
     type Output = Option<Hit>;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Option<Hit> {
-        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array(), self.flat.reach);
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
         let mut nearest = Nearest::none(self.ray);
         for block in &self.flat.blocks {
             nearest.take_block::<L>(&ray, block);
+        }
+        let doubtful = ray.doubtful(self.flat.reach);
+        if nearest.is_doubtful(doubtful) {
+            nearest = Nearest::none(self.ray);
+            for block in &self.flat.blocks {
+                nearest.take_confirmed::<L>(&ray, self.ray, block, doubtful);
+            }
         }
         nearest.hit()
     }
@@ -106,13 +114,16 @@ struct AnyAlone<'a> {
 }
 
 impl LaneKernel for AnyAlone<'_> {
+    const HOT: bool = true;
     type Output = bool;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array(), self.flat.reach);
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
+        let doubtful = ray.doubtful(self.flat.reach);
         for block in &self.flat.blocks {
-            if ray.any::<L>(block, self.ray.t_max) {
+            let (hit, near) = ray.hits::<L>(block, self.ray.t_max, doubtful);
+            if hit != near || near != 0 && confirmed(*self.ray, block, near) != 0 {
                 return true;
             }
         }

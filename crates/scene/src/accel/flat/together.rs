@@ -1,18 +1,27 @@
-//! Eight rays at a time against all triangles.
+//! Eight or sixteen rays at a time against all triangles.
 //!
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
 use super::{AnyAlone, Corners, Flat, MAX_EDGES, MAX_VERTICES, NearestAlone};
 use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
-use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
+use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, Vec3Lanes};
 
-/// The vertices and edges as eight rays see them: rows of lanes.
+/// The vertices and edges as some rays see them: rows of bits of values, as long as there are
+/// lanes, one behind the other.
+#[repr(align(64))]
 pub struct View {
-    /// Vertices relative to the rays, sheared so that the rays run along the last axis.
-    vertices: [[[f32; LANES]; 3]; MAX_VERTICES],
+    /// Vertices relative to the rays, sheared so that the rays run along the last axis: three rows
+    /// each.
+    vertices: [u32; 3 * MAX_VERTICES * MOST_LANES],
     /// Signed areas of the directed edges.
-    areas: [[f32; LANES]; 2 * MAX_EDGES],
+    areas: [u32; 2 * MAX_EDGES * MOST_LANES],
+}
+
+/// Row `index`.
+#[inline(always)]
+fn row<L: AnyLanes>(rows: &[u32], index: usize) -> L {
+    L::read(&rows[index * L::COUNT..(index + 1) * L::COUNT])
 }
 
 thread_local! {
@@ -20,14 +29,14 @@ thread_local! {
     /// Cornell box. Everything that is read has been written for the current rays.
     static VIEW: RefCell<View> = const {
         RefCell::new(View {
-            vertices: [[[0.0; LANES]; 3]; MAX_VERTICES],
-            areas: [[0.0; LANES]; 2 * MAX_EDGES],
+            vertices: [0; 3 * MAX_VERTICES * MOST_LANES],
+            areas: [0; 2 * MAX_EDGES * MOST_LANES],
         })
     };
 }
 
-/// A triangle's intersection with eight rays.
-struct Meeting<L: Lanes> {
+/// A triangle's intersection with the rays.
+struct Meeting<L: AnyLanes> {
     t: L,
     /// Weights of the first and second vertex.
     weight_a: L,
@@ -37,10 +46,10 @@ struct Meeting<L: Lanes> {
 }
 
 impl View {
-    /// Prepares the rays `place` to `place + 7`. Returns `1 / d[kz]`.
+    /// Prepares the rays from `place` on, as many as there are lanes. Returns `1 / d[kz]`.
     #[inline(always)]
-    fn look<L: Lanes>(&mut self, flat: &Flat, rays: &RayBatch, place: usize) -> L {
-        let [o, d] = rays.load::<L>(place);
+    fn look<L: AnyLanes>(&mut self, flat: &Flat, rays: &RayBatch, place: usize) -> L {
+        let [o, d] = rays.read::<L>(place);
         let magnitude = d.abs();
         let x_over_y = magnitude.y.less(magnitude.x);
         let along_x = x_over_y & magnitude.z.less(magnitude.x);
@@ -48,46 +57,52 @@ impl View {
         let [d_x, d_y, d_z] = permute(d, along_x, along_y);
         let [o_x, o_y, o_z] = permute(o, along_x, along_y);
         // The same permutation of indices, to pick coordinates of a vertex by.
-        let axes = Vec3Lanes::new(
-            L::from_bits(L::Words::splat(0)),
-            L::from_bits(L::Words::splat(1)),
-            L::from_bits(L::Words::splat(2)),
-        );
+        let axes = Vec3Lanes::splat([0, 1, 2].map(f32::from_bits));
         let [k_x, k_y, k_z] = permute(axes, along_x, along_y);
-        let (k_x, k_y, k_z) = (k_x.to_bits(), k_y.to_bits(), k_z.to_bits());
         let inverse_z = L::splat(1.0) / d_z;
         let (shear_x, shear_y) = (d_x * inverse_z, d_y * inverse_z);
-        for (vertex, seen) in flat.vertices.iter().zip(&mut self.vertices) {
+        let seen = self.vertices.chunks_exact_mut(3 * L::COUNT);
+        for (vertex, seen) in flat.vertices.iter().zip(seen) {
             let z = L::pick(vertex, k_z) - o_z;
             let x = L::pick(vertex, k_x) - o_x - shear_x * z;
             let y = L::pick(vertex, k_y) - o_y - shear_y * z;
-            *seen = [x.store(), y.store(), z.store()];
+            x.write(&mut seen[..L::COUNT]);
+            y.write(&mut seen[L::COUNT..2 * L::COUNT]);
+            z.write(&mut seen[2 * L::COUNT..]);
         }
-        for (edge, areas) in flat.edges.iter().zip(self.areas.as_chunks_mut::<2>().0) {
-            let [from_x, from_y, _] = &self.vertices[edge[0] as usize];
-            let [to_x, to_y, _] = &self.vertices[edge[1] as usize];
+        let areas = self.areas.chunks_exact_mut(2 * L::COUNT);
+        for (edge, areas) in flat.edges.iter().zip(areas) {
+            let (from, to) = (3 * edge[0] as usize, 3 * edge[1] as usize);
+            let (from_x, from_y) = (row::<L>(&self.vertices, from), row::<L>(&self.vertices, from + 1));
+            let (to_x, to_y) = (row::<L>(&self.vertices, to), row::<L>(&self.vertices, to + 1));
             // Products rounded on their own, never fused: the antisymmetry of the areas rests on
             // it.
-            let forth = L::load(from_x) * L::load(to_y);
-            let back = L::load(from_y) * L::load(to_x);
-            *areas = [(forth - back).store(), (back - forth).store()];
+            let forth = from_x * to_y;
+            let back = from_y * to_x;
+            (forth - back).write(&mut areas[..L::COUNT]);
+            (back - forth).write(&mut areas[L::COUNT..]);
         }
         inverse_z
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, triangle: &Corners, inverse_z: L, t_max: L) -> Meeting<L> {
-        let area_a = L::load(&self.areas[triangle.edges[0] as usize]);
-        let area_b = L::load(&self.areas[triangle.edges[1] as usize]);
-        let area_c = L::load(&self.areas[triangle.edges[2] as usize]);
+    fn meet<L: AnyLanes>(&self, triangle: &Corners, inverse_z: L, t_max: L) -> Meeting<L> {
+        let [area_a, area_b, area_c] = [
+            row::<L>(&self.areas, triangle.edges[0] as usize),
+            row::<L>(&self.areas, triangle.edges[1] as usize),
+            row::<L>(&self.areas, triangle.edges[2] as usize),
+        ];
+        let [z_a, z_b, z_c] = [
+            row::<L>(&self.vertices, 3 * triangle.vertices[0] as usize + 2),
+            row::<L>(&self.vertices, 3 * triangle.vertices[1] as usize + 2),
+            row::<L>(&self.vertices, 3 * triangle.vertices[2] as usize + 2),
+        ];
         let zero = L::splat(0.0);
         let least = area_a.min(area_b.min(area_c));
         let greatest = area_a.max(area_b.max(area_c));
         let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
         let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
-        let z = area_a * L::load(&self.vertices[triangle.vertices[0] as usize][2])
-            + (area_b * L::load(&self.vertices[triangle.vertices[1] as usize][2])
-                + area_c * L::load(&self.vertices[triangle.vertices[2] as usize][2]));
+        let z = area_a * z_a + (area_b * z_b + area_c * z_c);
         let t = z * inverse_z * inverse_determinant;
         Meeting {
             t,
@@ -100,7 +115,7 @@ impl View {
 
 /// The coordinates with the dominant axis last, in the order that leaves handedness.
 #[inline(always)]
-fn permute<L: Lanes>(v: Vec3Lanes<L>, along_x: L::Mask, along_y: L::Mask) -> [L; 3] {
+fn permute<L: AnyLanes>(v: Vec3Lanes<L>, along_x: L::Mask, along_y: L::Mask) -> [L; 3] {
     [
         v.y.select(along_x, v.z.select(along_y, v.x)),
         v.z.select(along_x, v.x.select(along_y, v.y)),
@@ -146,10 +161,19 @@ struct NearestTogether<'a> {
 }
 
 impl LaneKernel for NearestTogether<'_> {
+    const HOT: bool = true;
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        self.run_long::<L, L::Long>()
+    }
+}
+
+impl NearestTogether<'_> {
+    /// On lanes `M`; single rays on lanes `L`.
+    #[inline(always)]
+    fn run_long<L: Lanes, M: AnyLanes>(self) {
         let Self {
             view,
             flat,
@@ -159,23 +183,23 @@ impl LaneKernel for NearestTogether<'_> {
         } = self;
         let mut place = 0;
         while place < count.min(RayBatch::CAPACITY) {
-            let inverse_z = view.look::<L>(flat, rays, place);
-            let mut t = rays.t_max.load::<L>(place);
-            let mut primitive = L::from_bits(L::Words::splat(HitBatch::NOTHING));
-            let (mut a, mut b) = (L::splat(0.0), L::splat(0.0));
+            let inverse_z = view.look::<M>(flat, rays, place);
+            let mut t = rays.t_max.read::<M>(place);
+            let mut primitive = M::splat(f32::from_bits(HitBatch::NOTHING));
+            let (mut a, mut b) = (M::splat(0.0), M::splat(0.0));
             for (number, triangle) in flat.triangles.iter().enumerate() {
                 let met = view.meet(triangle, inverse_z, t);
                 t = met.t.select(met.hit, t);
                 a = met.weight_a.select(met.hit, a);
                 b = met.weight_b.select(met.hit, b);
-                primitive = L::from_bits(L::Words::splat(number as u32)).select(met.hit, primitive);
+                primitive = M::splat(f32::from_bits(number as u32)).select(met.hit, primitive);
             }
-            hits.t.store(place, t);
-            hits.primitive.store(place, primitive);
-            hits.barycentric[0].store(place, b);
-            hits.barycentric[1].store(place, (L::splat(1.0) - a - b).max(L::splat(0.0)));
+            hits.t.write(place, t);
+            hits.primitive.write(place, primitive);
+            hits.barycentric[0].write(place, b);
+            hits.barycentric[1].write(place, (M::splat(1.0) - a - b).max(M::splat(0.0)));
             if !flat.needles.is_empty() {
-                let mut near = t.less(inverse_z.abs() * L::splat(flat.reach)).bits();
+                let mut near = t.less(inverse_z.abs() * M::splat(flat.reach)).bits();
                 while near != 0 {
                     let index = place + near.trailing_zeros() as usize;
                     if hits.get(index).is_some() {
@@ -185,7 +209,7 @@ impl LaneKernel for NearestTogether<'_> {
                     near &= near - 1;
                 }
             }
-            place += LANES;
+            place += M::COUNT;
         }
     }
 }
@@ -198,10 +222,19 @@ struct AnyTogether<'a> {
 }
 
 impl LaneKernel for AnyTogether<'_> {
+    const HOT: bool = true;
     type Output = u64;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> u64 {
+        self.run_long::<L, L::Long>()
+    }
+}
+
+impl AnyTogether<'_> {
+    /// On lanes `M`; single rays on lanes `L`.
+    #[inline(always)]
+    fn run_long<L: Lanes, M: AnyLanes>(self) -> u64 {
         let Self {
             view,
             flat,
@@ -212,15 +245,15 @@ impl LaneKernel for AnyTogether<'_> {
         let mut occluded = 0;
         let mut place = 0;
         while place < count {
-            let inverse_z = view.look::<L>(flat, rays, place);
-            let t_max = rays.t_max.load::<L>(place);
-            let mut any = L::Mask::from_bits(0);
+            let inverse_z = view.look::<M>(flat, rays, place);
+            let t_max = rays.t_max.read::<M>(place);
+            let mut any = M::Mask::from_bits(0);
             for triangle in &flat.others {
                 any = any | view.meet(triangle, inverse_z, t_max).hit;
             }
             let mut any = any.bits();
             if !flat.needles.is_empty() {
-                let near = inverse_z.abs() * L::splat(flat.reach);
+                let near = inverse_z.abs() * M::splat(flat.reach);
                 let (mut all, mut doubtful) = (0, 0);
                 for triangle in &flat.needles {
                     let met = view.meet(triangle, inverse_z, t_max);
@@ -237,7 +270,7 @@ impl LaneKernel for AnyTogether<'_> {
                 }
             }
             occluded |= u64::from(any) << place;
-            place += LANES;
+            place += M::COUNT;
         }
         // Rays that were not requested.
         if count < RayBatch::CAPACITY {

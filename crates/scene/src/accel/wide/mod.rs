@@ -10,6 +10,7 @@ pub use instances::{Instances, Placed};
 
 use super::block::TriangleBlock;
 use super::sphere::Sphere;
+use lightshed_lanes::use_huge_pages;
 use node::Node;
 
 /// What a tree is built over.
@@ -45,6 +46,8 @@ impl WideBvh {
         instances: Instances,
         reach: f32,
     ) -> Self {
+        use_huge_pages(&nodes);
+        use_huge_pages(&blocks);
         Self {
             nodes,
             blocks,

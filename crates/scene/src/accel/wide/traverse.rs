@@ -12,7 +12,7 @@
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node};
 use crate::accel::batch::{HitBatch, RayBatch};
-use crate::accel::block::{Nearest, TriangleBlock, TriangleRay};
+use crate::accel::block::{Nearest, TriangleBlock, TriangleRay, confirmed};
 use crate::accel::stack::{Stack, StackMemory};
 use crate::accel::{Hit, Ray};
 use core::marker::PhantomData;
@@ -41,7 +41,7 @@ struct RayConstants {
 
 impl RayConstants {
     #[inline(always)]
-    fn new(ray: &Ray, reach: f32) -> Self {
+    fn new(ray: &Ray) -> Self {
         let d = ray.direction.to_array();
         let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let backwards = [
@@ -50,7 +50,7 @@ impl RayConstants {
             3 * usize::from(d[2].is_sign_negative()),
         ];
         Self {
-            triangle: TriangleRay::new(ray, inverse_direction, reach),
+            triangle: TriangleRay::new(ray, inverse_direction),
             inverse_direction,
             near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
             far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
@@ -107,17 +107,24 @@ trait Answers<A> {
     fn set(&mut self, index: usize, answer: A);
 }
 
-impl<A> Answers<A> for &mut [A] {
+impl Answers<bool> for &mut [bool] {
     #[inline(always)]
-    fn set(&mut self, index: usize, answer: A) {
+    fn set(&mut self, index: usize, answer: bool) {
         self[index] = answer;
     }
 }
 
-impl Answers<Option<Hit>> for &mut HitBatch {
+impl Answers<Nearest> for &mut [Option<Hit>] {
     #[inline(always)]
-    fn set(&mut self, index: usize, hit: Option<Hit>) {
-        HitBatch::set(self, index, hit);
+    fn set(&mut self, index: usize, nearest: Nearest) {
+        self[index] = nearest.hit();
+    }
+}
+
+impl Answers<Nearest> for &mut HitBatch {
+    #[inline(always)]
+    fn set(&mut self, index: usize, nearest: Nearest) {
+        HitBatch::set(self, index, nearest.hit());
     }
 }
 
@@ -148,11 +155,12 @@ trait Query: Copy {
     fn t_max(&self) -> f32;
     /// Whether nearer children are visited first.
     const ORDERED: bool;
-    fn answer(&self) -> Self::Answer;
+    /// The answer at the end: what is doubtful is looked at again.
+    fn answer(self, bvh: &WideBvh, rays: impl Rays, index: usize, constants: &RayConstants) -> Self::Answer;
 }
 
 impl Query for Nearest {
-    type Answer = Option<Hit>;
+    type Answer = Self;
     const ORDERED: bool = true;
 
     #[inline(always)]
@@ -191,8 +199,12 @@ impl Query for Nearest {
     }
 
     #[inline(always)]
-    fn answer(&self) -> Option<Hit> {
-        self.hit()
+    fn answer(self, bvh: &WideBvh, rays: impl Rays, index: usize, constants: &RayConstants) -> Self {
+        if self.is_doubtful(constants.triangle.doubtful(bvh.reach)) {
+            confirmed_nearest(bvh, rays.get(index))
+        } else {
+            self
+        }
     }
 }
 
@@ -202,12 +214,62 @@ impl Nearest {
     fn take_instance(&mut self, bvh: &WideBvh, ray: &Ray, instance: usize) {
         let (object, mut local, first) = bvh.instances.enter(instance, ray);
         local.t_max = self.bound_of_other(first);
-        let found = object.lanes.run(One {
-            bvh: object,
-            ray: &local,
-            query: PhantomData::<Self>,
-        });
-        self.take_other(found, first);
+        self.take_other(object.nearest(&local), first);
+    }
+}
+
+/// The nearest hit whose plane is ahead. The loop of [`Nearest`] carries nothing for needles, which
+/// costs every ray some per cent: the few rays whose nearest hit is doubtful start anew.
+#[cold]
+#[inline(never)]
+fn confirmed_nearest(bvh: &WideBvh, ray: Ray) -> Nearest {
+    let Confirmed(nearest) = bvh.lanes.run(One {
+        bvh,
+        ray: &ray,
+        query: PhantomData::<Confirmed>,
+    });
+    nearest
+}
+
+/// [`Nearest`] that looks at the planes of doubtful hits.
+#[derive(Clone, Copy)]
+struct Confirmed(Nearest);
+
+impl Query for Confirmed {
+    type Answer = Self;
+    const ORDERED: bool = true;
+
+    #[inline(always)]
+    fn start(ray: &Ray) -> Self {
+        Self(Nearest::none(ray))
+    }
+
+    #[inline(always)]
+    fn leaf<L: Lanes>(
+        &mut self,
+        bvh: &WideBvh,
+        rays: impl Rays,
+        index: usize,
+        constants: &RayConstants,
+        child: Child,
+    ) -> bool {
+        if child.kind() == ChildKind::Triangles {
+            let (ray, block) = (&constants.triangle, &bvh.blocks[child.index()]);
+            let doubtful = ray.doubtful(bvh.reach);
+            self.0.take_confirmed::<L>(ray, &rays.get(index), block, doubtful);
+            return false;
+        }
+        self.0.leaf::<L>(bvh, rays, index, constants, child)
+    }
+
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
+        self.0.t
+    }
+
+    #[inline(always)]
+    fn answer(self, _: &WideBvh, _: impl Rays, _: usize, _: &RayConstants) -> Self {
+        self
     }
 }
 
@@ -240,9 +302,9 @@ impl Query for Any {
         child: Child,
     ) -> bool {
         self.found = if child.kind() == ChildKind::Triangles {
-            constants
-                .triangle
-                .any::<L>(&bvh.blocks[child.index()], self.t_max)
+            let (ray, block) = (&constants.triangle, &bvh.blocks[child.index()]);
+            let (hit, near) = ray.hits::<L>(block, self.t_max, ray.doubtful(bvh.reach));
+            hit != near || near != 0 && confirmed(rays.get(index), block, near) != 0
         } else if child.kind() == ChildKind::Instance {
             let (object, local, _) = bvh.instances.enter(child.index(), &rays.get(index));
             object.occluded(&local)
@@ -261,7 +323,7 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn answer(&self) -> bool {
+    fn answer(self, _: &WideBvh, _: impl Rays, _: usize, _: &RayConstants) -> bool {
         self.found
     }
 }
@@ -278,13 +340,18 @@ struct Traversal<Q> {
 
 impl<Q: Query> Traversal<Q> {
     #[inline(always)]
-    fn new(bvh: &WideBvh, ray: &Ray, index: usize) -> Self {
+    fn new(ray: &Ray, index: usize) -> Self {
         Self {
             query: Q::start(ray),
-            constants: RayConstants::new(ray, bvh.reach),
+            constants: RayConstants::new(ray),
             child: ROOT,
             ray: index,
         }
+    }
+
+    #[inline(always)]
+    fn answer(&self, bvh: &WideBvh, rays: impl Rays) -> Q::Answer {
+        self.query.answer(bvh, rays, self.ray, &self.constants)
     }
 
     /// Visits one child; true if the ray is done.
@@ -369,18 +436,18 @@ struct One<'a, Q> {
     query: PhantomData<Q>,
 }
 
-/// The query at its end.
 impl<Q: Query> LaneKernel for One<'_, Q> {
-    type Output = Q;
+    const HOT: bool = true;
+    type Output = Q::Answer;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Q {
+    fn run<L: Lanes>(self) -> Q::Answer {
         let rays = core::slice::from_ref(self.ray);
-        let mut traversal = Traversal::<Q>::new(self.bvh, self.ray, 0);
+        let mut traversal = Traversal::<Q>::new(self.ray, 0);
         let mut memory = StackMemory::new();
         let mut stack = Stack::new(&mut memory);
         while !traversal.step::<L>(&mut stack, self.bvh, rays) {}
-        traversal.query
+        traversal.answer(self.bvh, rays)
     }
 }
 
@@ -393,6 +460,7 @@ struct Many<'a, Q, R, A> {
 }
 
 impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> {
+    const HOT: bool = true;
     type Output = ();
 
     #[inline(always)]
@@ -409,9 +477,9 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
         }
         let mut flying = count.min(IN_FLIGHT);
         let mut next = flying;
-        let mut traversals = [Traversal::<Q>::new(bvh, &rays.get(0), 0); IN_FLIGHT];
+        let mut traversals = [Traversal::<Q>::new(&rays.get(0), 0); IN_FLIGHT];
         for (index, traversal) in traversals.iter_mut().enumerate().take(flying).skip(1) {
-            *traversal = Traversal::new(bvh, &rays.get(index), index);
+            *traversal = Traversal::new(&rays.get(index), index);
         }
         let mut memory = [const { StackMemory::new() }; IN_FLIGHT];
         let mut stacks = memory.each_mut().map(Stack::new);
@@ -426,9 +494,9 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
                 let place = places[turn] % IN_FLIGHT;
                 let (traversal, stack) = (&mut traversals[place], &mut stacks[place]);
                 if traversal.step::<L>(stack, bvh, rays) {
-                    answers.set(traversal.ray, traversal.query.answer());
+                    answers.set(traversal.ray, traversal.answer(bvh, rays));
                     if next < count {
-                        *traversal = Traversal::new(bvh, &rays.get(next), next);
+                        *traversal = Traversal::new(&rays.get(next), next);
                         stack.clear();
                         next += 1;
                     } else {
@@ -447,23 +515,26 @@ impl WideBvh {
     /// The nearest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let query = self.lanes.run(One {
+        self.nearest(ray).hit()
+    }
+
+    #[inline(always)]
+    fn nearest(&self, ray: &Ray) -> Nearest {
+        self.lanes.run(One {
             bvh: self,
             ray,
             query: PhantomData::<Nearest>,
-        });
-        query.answer()
+        })
     }
 
     /// Whether there is any hit.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let query = self.lanes.run(One {
+        self.lanes.run(One {
             bvh: self,
             ray,
             query: PhantomData::<Any>,
-        });
-        query.answer()
+        })
     }
 
     #[inline(always)]

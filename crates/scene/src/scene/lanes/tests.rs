@@ -25,6 +25,7 @@ struct Points<'a> {
 }
 
 impl LaneKernel for Points<'_> {
+    const HOT: bool = true;
     type Output = (Vec<[f32; LANES]>, u32, u32);
 
     #[inline(always)]
@@ -182,7 +183,7 @@ fn points_in_lanes_are_those_alone() {
                 }
                 // Not all that could be had.
                 wanted &= !1;
-                for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+                for choice in LaneChoice::all() {
                     let (rows, diffuse, emits) = choice.run(Points {
                         scene,
                         hits: &hits,
@@ -234,6 +235,7 @@ struct Samples<'a> {
 }
 
 impl LaneKernel for Samples<'_> {
+    const HOT: bool = true;
     type Output = (Vec<[f32; LANES]>, u32, u32);
 
     #[inline(always)]
@@ -276,7 +278,7 @@ fn emitter_samples_in_lanes_are_those_alone() {
                 let mut rng = CounterRng::new(22, number, 0);
                 let u_select: [u64; LANES] = std::array::from_fn(|_| rng.next_u64());
                 let u: [[f32; LANES]; 2] = [(); 2].map(|()| std::array::from_fn(|_| rng.next_f32()));
-                for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+                for choice in LaneChoice::all() {
                     let (rows, found, is_delta) = choice.run(Samples {
                         scene,
                         hits: &hits,
@@ -338,6 +340,7 @@ struct CameraRays<'a> {
 }
 
 impl LaneKernel for CameraRays<'_> {
+    const HOT: bool = true;
     type Output = Vec<[f32; LANES]>;
 
     #[inline(always)]
@@ -379,7 +382,7 @@ fn camera_rays_in_lanes_are_those_alone() {
                 let film: [[f32; LANES]; 2] =
                     [64.0, 48.0].map(|size| std::array::from_fn(|_| size * rng.next_f32()));
                 let u_lens: [[f32; LANES]; 2] = [(); 2].map(|()| std::array::from_fn(|_| rng.next_f32()));
-                for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+                for choice in LaneChoice::all() {
                     let rows = choice.run(CameraRays {
                         camera: &camera,
                         film,
