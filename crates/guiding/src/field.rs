@@ -33,6 +33,8 @@ pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     /// [`DirectionalModel::stride`] for each slot.
     pub(crate) records: Vec<M::Record>,
     pub(crate) regions: Vec<Region>,
+    /// [`DirectionalModel::table_words`] for each slot, derived from the records.
+    tables: Vec<u32>,
     recorder: Recorder<TrainingSample>,
     visits: Recorder<StoredVisit>,
     /// Kept for their memory.
@@ -118,6 +120,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             options,
             records,
             regions: vec![region; slots],
+            tables: Vec::new(),
             recorder: Recorder::default(),
             visits: Recorder::default(),
             samples: Vec::new(),
@@ -206,7 +209,9 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         if !has_learnt || share < self.options.min_share {
             return None;
         }
-        let directions = self.model.directions(self.records_of(slot), position);
+        let (words, records) = (self.model.table_words(), self.records_of(slot));
+        let table = &self.tables[slot as usize * words..][..words];
+        let directions = self.model.directions_by_table(records, table, position);
         let share = share.min(self.options.max_share);
         Some(Guidance { directions, share })
     }
@@ -244,9 +249,11 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 max_regions,
                 ..
             } = self.options;
-            let changed = self
+            let adapted = self
                 .partition
-                .adapt(&counts, split_above, collapse_below, max_regions)?;
+                .adapt(&counts, split_above, collapse_below, max_regions);
+            // Levels that were changed before stay.
+            let changed = adapted.inspect_err(|_| self.tabulate())?;
             if !changed {
                 break;
             }
@@ -348,7 +355,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             regions: tasks.len(),
         };
         let (model, partition, options) = (&self.model, &self.partition, &self.options);
-        for_each_chunk(&mut tasks, 4, |_, tasks| {
+        for_each_chunk(&mut tasks, 16, |_, tasks| {
+            let mut table = vec![0; model.table_words()];
             for task in tasks {
                 if M::ORDERED {
                     task.samples.sort_unstable_by(TrainingSample::order);
@@ -356,9 +364,10 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 let bounds = partition.bounds(task.slot);
                 if task.region.has_learnt {
                     let records = &*task.records;
+                    model.tabulate(records, &mut table);
                     let share = learn_share(
                         task.samples,
-                        |position| model.directions(records, position),
+                        |position| model.directions_by_table(records, &table, position),
                         task.region.share,
                         options.share_prior,
                         options.share_by_variance,
@@ -371,16 +380,30 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 task.region.samples = task.region.samples.saturating_add(count);
             }
         });
-        let middles: Vec<Option<Vec3>> = (0u32..)
-            .zip(&self.regions)
-            .map(|(slot, region)| {
-                let bounds = region.has_learnt.then(|| self.partition.bounds(slot))?;
-                self.partition.origin(slot)?;
-                Some(0.5 * (bounds.min + bounds.max))
-            })
-            .collect();
-        self.model.exchange(&mut self.records, &middles);
+        let (partition, regions) = (&self.partition, &self.regions);
+        self.model.exchange(&mut self.records, |slot| {
+            let is_region = regions[slot as usize].has_learnt && partition.origin(slot).is_some();
+            let bounds = is_region.then(|| partition.bounds(slot))?;
+            Some(0.5 * (bounds.min + bounds.max))
+        });
+        self.tabulate();
         update
+    }
+
+    /// Derives the tables of all regions from their records.
+    pub(crate) fn tabulate(&mut self) {
+        let (words, stride) = (self.model.table_words(), self.model.stride());
+        if words == 0 {
+            return;
+        }
+        self.tables.resize(self.regions.len() * words, 0);
+        let (model, records) = (&self.model, &self.records);
+        for_each_chunk(&mut self.tables, 64 * words, |start, tables| {
+            let records = records[start / words * stride..].chunks(stride);
+            for (records, table) in records.zip(tables.chunks_mut(words)) {
+                model.tabulate(records, table);
+            }
+        });
     }
 }
 

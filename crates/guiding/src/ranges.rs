@@ -59,4 +59,15 @@ impl SortedWeights {
         let end = first + self.keys[first..].partition_point(|&key| key <= last);
         (self.before[end] - self.before[first], end - first)
     }
+
+    /// How many of the samples from `first` to before `end`, by code, have a code below `code`.
+    pub fn below(&self, [first, end]: [u32; 2], code: u32) -> u32 {
+        let keys = &self.keys[first as usize..end as usize];
+        keys.partition_point(|&key| key < u64::from(code) << 32) as u32
+    }
+
+    /// Sum of the weights of the samples from `first` to before `end`, by code.
+    pub fn sum(&self, [first, end]: [u32; 2]) -> f64 {
+        self.before[end as usize] - self.before[first as usize]
+    }
 }

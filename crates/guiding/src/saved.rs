@@ -70,6 +70,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         holds(saved.regions.iter().all(is_passage), "a passage makes no sense")?;
         field.records.clone_from(&saved.records);
         field.regions.clone_from(&saved.regions);
+        field.tabulate();
         Ok(field)
     }
 }

@@ -1,7 +1,8 @@
 //! The lobes of a region's places, as seen from a position.
 
-use super::place::Place;
+use super::block::{PlaceBlock, density, selected};
 use glam::Vec3;
+use lightshed_lanes::LaneChoice;
 use lightshed_sampling::{
     Density, DirectionDistribution, ONE_MINUS_EPSILON, SolidAngle, VonMisesFisher, with_density,
 };
@@ -10,24 +11,25 @@ use lightshed_sampling::{
 #[derive(Clone, Copy, Debug)]
 pub struct PlaceDirections<'a> {
     /// With ascending cumulative shares; the last is 1 unless all are empty.
-    places: &'a [Place],
+    blocks: &'a [PlaceBlock],
     position: Vec3,
+    lanes: LaneChoice,
 }
 
 impl<'a> PlaceDirections<'a> {
-    pub(super) fn new(places: &'a [Place], position: Vec3) -> Self {
-        Self { places, position }
+    pub(super) fn new(blocks: &'a [PlaceBlock], position: Vec3, lanes: LaneChoice) -> Self {
+        Self {
+            blocks,
+            position,
+            lanes,
+        }
     }
 }
 
 impl DirectionDistribution for PlaceDirections<'_> {
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
-        let k = self.places.partition_point(|place| place.cumulative <= u[0]);
-        let place = self.places.get(k)?;
-        let before = k
-            .checked_sub(1)
-            .map_or(0.0, |before| self.places[before].cumulative);
+        let (place, before) = selected(self.blocks, u[0])?;
         let within = (u[0] - before) / (place.cumulative - before);
         let to = place.mean() - self.position;
         let lobe = VonMisesFisher::new(to.normalize_or(Vec3::Z), place.concentration(to));
@@ -36,14 +38,6 @@ impl DirectionDistribution for PlaceDirections<'_> {
 
     #[inline]
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
-        let (mut before, mut density) = (0.0, 0.0);
-        for place in self.places {
-            let share = place.cumulative - before;
-            before = place.cumulative;
-            if share > 0.0 {
-                density += share * place.density(place.mean() - self.position, direction);
-            }
-        }
-        Density::new(density)
+        Density::new(density(self.lanes, self.blocks, self.position, direction))
     }
 }

@@ -1,7 +1,9 @@
 //! Regions try what others have found.
 
-use super::place::{Place, nearest};
+use super::block::{PlaceBlock, lightest, nearest, place, set_place, total_weight};
+use super::place::Place;
 use glam::Vec3;
+use lightshed_lanes::LaneChoice;
 
 /// A place that a region has just found, and how bright it would be one unit away.
 struct News {
@@ -10,39 +12,50 @@ struct News {
 }
 
 /// Gives each region the places that any other has found since the last exchange, unless it knows
-/// them. They take empty slots, or those of places with less weight. `middles` are those of the
+/// them. They take empty slots, or those of places with less weight. `middle` has those of the
 /// regions, `None` where there is none.
 ///
 /// The weight of a place falls with the squared distance, relative to all that a region has: a
 /// guess, which the next update corrects. A place that is not visible from a region finds nothing
 /// there and fades.
-pub(super) fn exchange(places: &mut [Place], stride: usize, middles: &[Option<Vec3>]) {
+pub(super) fn exchange(
+    lanes: LaneChoice,
+    blocks: &mut [PlaceBlock],
+    [stride, count]: [usize; 2],
+    middle: impl Fn(u32) -> Option<Vec3>,
+) {
     let mut news = Vec::new();
-    for (own, middle) in places.chunks_mut(stride).zip(middles) {
+    for (own, region) in blocks.chunks_mut(stride).zip(0..) {
         let total = total_weight(own);
-        for place in own.iter_mut().filter(|place| place.is_new > 0) {
-            place.is_new = 0;
-            if let (Some(middle), true) = (middle, total > 0.0) {
-                let squared = (place.mean() - *middle).length_squared();
+        for number in 0..count {
+            let found = place(own, number);
+            if found.is_new == 0 {
+                continue;
+            }
+            set_place(own, number, Place { is_new: 0, ..found });
+            if total > 0.0
+                && let Some(middle) = middle(region)
+            {
+                let squared = (found.mean() - middle).length_squared();
                 news.push(News {
-                    place: *place,
-                    brightness: (place.weight() / total).min(MOST) * squared,
+                    place: found,
+                    brightness: (found.weight() / total).min(MOST) * squared,
                 });
             }
         }
     }
-    for (own, middle) in places.chunks_mut(stride).zip(middles) {
-        let Some(middle) = middle else { continue };
+    for (own, region) in blocks.chunks_mut(stride).zip(0..) {
+        let Some(middle) = middle(region) else { continue };
         let total = total_weight(own);
         for News { place, brightness } in &news {
-            if nearest(own, place.mean()).is_some() {
+            if nearest(lanes, own, place.mean()).is_some() {
                 continue;
             }
-            let squared = (place.mean() - *middle).length_squared();
+            let squared = (place.mean() - middle).length_squared();
             let weight = total * (brightness / squared).min(MOST);
-            let least = own.iter_mut().min_by(|a, b| a.weight().total_cmp(&b.weight()));
-            if let Some(slot) = least.filter(|slot| slot.weight() < weight) {
-                *slot = place.tried(weight);
+            let (slot, least) = lightest(own, count, |_| 0.0);
+            if least < f64::from(weight) {
+                set_place(own, slot, place.tried(weight));
             }
         }
     }
@@ -50,7 +63,3 @@ pub(super) fn exchange(places: &mut [Place], stride: usize, middles: &[Option<Ve
 
 /// Largest share that a place gets before it was tried.
 const MOST: f32 = 0.05;
-
-fn total_weight(places: &[Place]) -> f32 {
-    places.iter().map(Place::weight).sum()
-}

@@ -5,13 +5,14 @@
 //! So a region may be large, and know lights that appear a hundredth of a degree wide from most of
 //! it. What one region finds, all others try: each light has to be found by chance only once.
 
+mod block;
 mod directions;
 mod exchange;
 mod model;
 mod options;
 mod place;
 
+pub use block::PlaceBlock;
 pub use directions::PlaceDirections;
 pub use model::PlaceModel;
 pub use options::{MAX_PLACES, PlaceOptions};
-pub use place::Place;

@@ -2,32 +2,30 @@
 
 use super::options::PlaceOptions;
 use crate::vmf::{MAX_CONCENTRATION, peak_density};
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// A place from which light came to a region, in 36 bytes. All zeros is an empty one.
+/// A place from which light came to a region; a copy of one lane of a
+/// [`PlaceBlock`](super::PlaceBlock). All zeros is an empty one.
 ///
 /// Light lies around the mean `ȳ` with the mean squared distance `s²`. From a position at the
 /// distance `d` it is a lobe of concentration `κ = 3 d²/s²`: of a spread that is the same in
 /// all directions, two thirds lie across the line of sight, and a lobe of small angles has
 /// `E[θ²] = 2/κ`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Place {
-    mean: [f32; 3],
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Place {
+    pub mean: [f32; 3],
     /// `s²`.
-    spread: f32,
+    pub spread: f32,
     /// `Σ w`, fading.
-    weight: f32,
+    pub weight: f32,
     /// Number of samples, fading.
-    count: f32,
+    pub count: f32,
     /// Mean of `|y − ȳ|²` over the samples alone.
-    scatter: f32,
+    pub scatter: f32,
     /// `Σ π` of the region's places up to this one.
-    pub(super) cumulative: f32,
+    pub cumulative: f32,
     /// Whether it was found since the exchange before.
-    pub(super) is_new: u32,
+    pub is_new: u32,
 }
 
 /// What the samples of an update say about a place.
@@ -102,8 +100,8 @@ impl Place {
         }
     }
 
-    /// `|y − ȳ|²/s²` of a place.
-    #[inline]
+    /// `|y − ȳ|²/s²` of a place: what lanes compute.
+    #[cfg(test)]
     pub(super) fn squared_distance(&self, place: Vec3) -> f32 {
         (place - self.mean()).length_squared() / self.spread
     }
@@ -145,7 +143,7 @@ impl Place {
     #[inline(always)]
     pub(super) fn concentration(&self, to: Vec3) -> f32 {
         // A place at the position itself is seen in all directions.
-        (3.0 * to.length_squared() / self.spread).min(MAX_CONCENTRATION)
+        (WIDTH * to.length_squared() / self.spread).min(MAX_CONCENTRATION)
     }
 
     /// The density of its lobe in a unit direction, per steradian; `to` is the vector to the
@@ -164,13 +162,9 @@ impl Place {
     }
 }
 
-/// The place that light from `from` belongs to.
-pub(super) fn nearest(places: &[Place], from: Vec3) -> Option<usize> {
-    let known = places.iter().enumerate().filter(|(_, place)| place.is_known());
-    let distances = known.map(|(k, place)| (k, place.squared_distance(from)));
-    let (k, distance) = distances.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    (distance < 9.0).then_some(k)
-}
-
+/// `κ s²/d²`.
+pub(super) const WIDTH: f32 = 3.0;
+/// Light further from a place than this, by [`Place::squared_distance`], belongs to another.
+pub(super) const NEAR: f32 = 9.0;
 /// From this exponent on a lobe counts as zero: `e^{−87}` is the least normal number.
-const FARTHEST: f32 = 87.0;
+pub(super) const FARTHEST: f32 = 87.0;

@@ -15,6 +15,8 @@ struct Node {
     energy: f32,
     /// Whether it has enough samples to be split.
     is_known: bool,
+    /// Numbers of its samples in the order of their codes: from the first to before the second.
+    range: [u32; 2],
 }
 
 /// What a node would carry as a leaf, and its samples.
@@ -22,9 +24,13 @@ pub(super) trait Loads {
     /// Number of samples.
     fn count(&self) -> usize;
 
-    /// The load of the square of `depth` whose least Morton code is `code`, and the number of
-    /// samples in it. `prior` is a number of samples that are spread evenly over the square.
-    fn load(&self, code: u32, depth: u32, prior: f64) -> (f64, usize);
+    /// How many of the samples `first` to before `end`, in the order of their Morton codes, have a
+    /// code below `code`.
+    fn before(&self, range: [u32; 2], code: u32) -> u32;
+
+    /// The load of a square of `depth`, which has these samples. `prior` is a number of samples
+    /// that are spread evenly over all squares.
+    fn load(&self, range: [u32; 2], depth: u32, prior: f64) -> f64;
 }
 
 /// Loads are shares of the samples' weights.
@@ -33,11 +39,14 @@ impl Loads for SortedWeights {
         if self.total() > 0.0 { self.count() } else { 0 }
     }
 
-    fn load(&self, code: u32, depth: u32, prior: f64) -> (f64, usize) {
-        let (sum, samples) = self.within(code, depth);
-        let share = sum / self.total();
+    fn before(&self, range: [u32; 2], code: u32) -> u32 {
+        self.below(range, code)
+    }
+
+    fn load(&self, range: [u32; 2], depth: u32, prior: f64) -> f64 {
+        let share = self.sum(range) / self.total();
         let prior = prior / (self.count() as f64 + prior);
-        ((1.0 - prior) * share + prior * area(depth), samples)
+        (1.0 - prior) * share + prior * area(depth)
     }
 }
 
@@ -54,32 +63,46 @@ pub(super) fn learn(words: &mut [u32], loads: &impl Loads, options: &QuadtreeOpt
     }
     let bits = 32 * words.len();
     let prior = f64::from(options.prior_samples);
-    let node = |code: u32, depth: u32| {
-        let (load, samples) = loads.load(code, depth, prior);
-        Node {
-            code,
-            depth,
-            energy: load as f32,
-            is_known: samples >= options.least_samples as usize && depth < MAX_QUADTREE_DEPTH,
-        }
+    // The four quarters of a node: its samples are theirs, in this order.
+    let quarters = |parent: Node| {
+        let (depth, mut start) = (parent.depth + 1, parent.range[0]);
+        [0u32, 1, 2, 3].map(|quarter| {
+            let code = parent.code | quarter << (32 - 2 * depth);
+            let end = match quarter {
+                3 => parent.range[1],
+                _ => start + loads.before([start, parent.range[1]], code + (1 << (32 - 2 * depth))),
+            };
+            let range = [start, end];
+            start = end;
+            let samples = (range[1] - range[0]) as usize;
+            Node {
+                code,
+                depth,
+                energy: loads.load(range, depth, prior) as f32,
+                is_known: samples >= options.least_samples as usize && depth < MAX_QUADTREE_DEPTH,
+                range,
+            }
+        })
+    };
+    let root = Node {
+        range: [0, loads.count() as u32],
+        ..Node::default()
     };
     let mut nodes = [Node::default(); 4 * MAX_INNER];
     let mut inner = [0u16; MAX_INNER];
     let mut found = 1;
-    for place in 0..bits {
-        let (code, depth) = match place / 4 {
-            0 => (0, 0),
-            // The node of inner number k, found before its children.
-            number => {
-                let node = nodes[inner[number] as usize];
-                (node.code, node.depth)
-            }
+    for number in 0..bits / 4 {
+        // The node of inner number k, found before its children.
+        let parent = match number {
+            0 => root,
+            _ => nodes[inner[number] as usize],
         };
-        let code = code | (place as u32 & 3) << (30 - 2 * depth);
-        nodes[place] = node(code, depth + 1);
-        if bit(words, place as u32) && found < MAX_INNER {
-            inner[found] = place as u16;
-            found += 1;
+        nodes[4 * number..][..4].copy_from_slice(&quarters(parent));
+        for place in 4 * number..4 * number + 4 {
+            if bit(words, place as u32) && found < MAX_INNER {
+                inner[found] = place as u16;
+                found += 1;
+            }
         }
     }
     for _ in 0..options.migrations {
@@ -93,11 +116,8 @@ pub(super) fn learn(words: &mut [u32], loads: &impl Loads, options: &QuadtreeOpt
         let (from, to) = (from as usize, to as usize);
         nodes.copy_within(from + 4..bits, from);
         nodes.copy_within(to..bits - 4, to + 4);
-        let Node { code, depth, .. } = nodes[split as usize];
-        for child in 0..4 {
-            let code = code | (child as u32) << (30 - 2 * depth);
-            nodes[to + child] = node(code, depth + 1);
-        }
+        let children = quarters(nodes[split as usize]);
+        nodes[to..to + 4].copy_from_slice(&children);
     }
 }
 

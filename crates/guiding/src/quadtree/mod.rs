@@ -1,6 +1,7 @@
 //! Directional quadtrees of a few bits (§5.5).
 
 mod bits;
+mod counts;
 mod learn;
 mod migrate;
 mod model;

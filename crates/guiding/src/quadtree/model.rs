@@ -1,6 +1,7 @@
 //! Quadtrees as the model of a field.
 
 use super::bits::{MAX_QUADTREE_BITS, even, is_tree, leaf_count};
+use super::counts::{count, count_words};
 use super::learn::learn;
 use super::options::{QuadtreeGoal, QuadtreeOptions};
 use super::parallax::{PARALLAX_WORDS, Parallax, SeenQuadtree, is_parallax, learn_parallax};
@@ -97,6 +98,28 @@ impl DirectionalModel for QuadtreeModel {
         let (tree, parallax) = records.split_at(self.tree_words());
         SeenQuadtree::new(
             CompressedQuadtree::of_tree(tree),
+            Parallax::new(parallax, position),
+        )
+    }
+
+    fn table_words(&self) -> usize {
+        count_words(self.tree_words())
+    }
+
+    fn tabulate(&self, records: &[u32], table: &mut [u32]) {
+        count(&records[..self.tree_words()], table);
+    }
+
+    #[inline(always)]
+    fn directions_by_table<'a>(
+        &'a self,
+        records: &'a [u32],
+        table: &'a [u32],
+        position: Vec3,
+    ) -> SeenQuadtree<'a> {
+        let (tree, parallax) = records.split_at(self.tree_words());
+        SeenQuadtree::new(
+            CompressedQuadtree::of_tree(tree).with_counts(table),
             Parallax::new(parallax, position),
         )
     }

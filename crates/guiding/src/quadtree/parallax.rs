@@ -7,8 +7,9 @@
 
 use super::view::CompressedQuadtree;
 use crate::sample::TrainingSample;
+use crate::square::direction_of;
 use glam::Vec3;
-use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, with_density};
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_spatial::Bounds;
 
 /// Words behind those of a tree: the pivot, and `1/t`.
@@ -112,8 +113,11 @@ impl DirectionDistribution for SeenQuadtree<'_> {
         if self.parallax.offset == Vec3::ZERO {
             return self.tree.sample(u);
         }
-        // Rounding may move it into another leaf: its density is asked for as that of any other.
-        with_density(self, self.parallax.seen(self.tree.direction(u)))
+        let chosen = self.tree.choose(u);
+        let direction = self.parallax.seen(direction_of(chosen.square));
+        let (from_pivot, factor) = self.parallax.at_pivot(direction);
+        let density = self.tree.density_near(&chosen, from_pivot) * factor;
+        density.is_positive().then_some((direction, density))
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! The warp from the root down.
 
-use super::bits::inner_count;
+use super::bits::{MAX_QUADTREE_DEPTH, inner_count};
+use super::counts::{count_of, step_to};
 use glam::Vec2;
 use lightshed_sampling::ONE_MINUS_EPSILON;
 
@@ -12,6 +13,18 @@ pub(super) struct Chosen {
     pub depth: u32,
     /// Least Morton code in the leaf.
     pub code: u32,
+}
+
+impl Chosen {
+    /// The point `u` of the leaf at `place` among those of its depth.
+    #[inline(always)]
+    fn new(place: [u32; 2], u: [f32; 2], depth: u32, code: u32) -> Self {
+        // A power of two from its exponent.
+        let side = f32::from_bits((127 - depth) << 23);
+        let corner = Vec2::new(place[0] as f32, place[1] as f32);
+        let square = (corner + Vec2::from(u)) * side;
+        Self { square, depth, code }
+    }
 }
 
 /// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is
@@ -64,13 +77,33 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
         let quarter = x + 2 * y;
         code |= quarter << (32 - 2 * depth);
         if bits >> quarter & 1 == 0 {
-            // A power of two from its exponent.
-            let side = f32::from_bits((127 - depth) << 23);
-            let corner = Vec2::new(place[0] as f32, place[1] as f32);
-            let square = (corner + Vec2::new(u, v)) * side;
-            return Chosen { square, depth, code };
+            return Chosen::new(place, [u, v], depth, code);
         }
         inner = start + ones_of_four(bits & ((1 << quarter) - 1));
+    }
+}
+
+/// [`descend`] by the tree's counts: the same bits. The bits themselves are the plain way, which
+/// has to count first.
+#[inline]
+pub(super) fn descend_counts(counts: &[u32], u: [f32; 2]) -> Chosen {
+    let [mut u, mut v] = u;
+    let (mut place, mut depth, mut inner, mut code) = ([0u32; 2], 0, 0usize, 0u32);
+    loop {
+        let node = counts[inner];
+        let [a, b, c, d] = [0, 1, 2, 3].map(|quarter| (1 + 3 * count_of(node, quarter)) as f32);
+        let (y, rest) = choose(a + b, c + d, v);
+        v = rest;
+        let x;
+        (x, u) = choose(pick(y, a, c), pick(y, b, d), u);
+        depth += 1;
+        place = [2 * place[0] + x, 2 * place[1] + y];
+        let quarter = x + 2 * y;
+        code |= quarter << (32 - 2 * depth);
+        if count_of(node, quarter) == 0 || depth == MAX_QUADTREE_DEPTH {
+            return Chosen::new(place, [u, v], depth, code);
+        }
+        inner += step_to(node, quarter);
     }
 }
 

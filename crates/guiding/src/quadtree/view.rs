@@ -1,7 +1,8 @@
 //! A tree as a distribution of directions.
 
 use super::bits::{MAX_QUADTREE_DEPTH, bit, inner_count, is_tree, leaf_count, rank, select};
-use super::sample::{Chosen, descend};
+use super::counts;
+use super::sample::{Chosen, descend, descend_counts};
 use crate::GuidingError;
 use crate::square::{code_of, direction_of, square_of};
 use glam::Vec3;
@@ -22,6 +23,8 @@ pub struct CompressedQuadtree<'a> {
     words: &'a [u32],
     /// The first 64 bits.
     first: u64,
+    /// Its [`counts`](super::counts), from which the same is read faster; empty if nobody counted.
+    counts: &'a [u32],
 }
 
 /// A square of the octahedral map: `[place, place + 1) · 2^−depth` along u and v.
@@ -59,7 +62,14 @@ impl<'a> CompressedQuadtree<'a> {
         Self {
             words,
             first: word(0) | word(1) << 32,
+            counts: &[],
         }
+    }
+
+    /// The same tree with its counts.
+    #[inline(always)]
+    pub(super) fn with_counts(self, counts: &'a [u32]) -> Self {
+        Self { counts, ..self }
     }
 
     /// Leaves.
@@ -107,6 +117,10 @@ impl<'a> CompressedQuadtree<'a> {
     /// Depth of the leaf that has a point of the square by its code.
     #[inline(always)]
     fn depth_at(&self, code: u32) -> u32 {
+        // The bits of a small tree are at hand.
+        if self.words.len() > 2 && !self.counts.is_empty() {
+            return counts::depth_at(self.counts, code);
+        }
         let (mut inner, mut depth, mut code) = (0, 0, code);
         loop {
             let place = 4 * inner + (code >> 30);
@@ -130,7 +144,10 @@ impl<'a> CompressedQuadtree<'a> {
 impl CompressedQuadtree<'_> {
     /// The leaf and the place in it that `u` selects.
     #[inline(always)]
-    fn choose(&self, u: [f32; 2]) -> Chosen {
+    pub(super) fn choose(&self, u: [f32; 2]) -> Chosen {
+        if !self.counts.is_empty() {
+            return descend_counts(self.counts, u);
+        }
         match inner_count(self.words) {
             0..=16 => descend::<32>(self.words, u),
             17..=63 => descend::<64>(self.words, u),
@@ -138,10 +155,15 @@ impl CompressedQuadtree<'_> {
         }
     }
 
-    /// The direction of [`sample`](DirectionDistribution::sample), without its density.
+    /// Density of a direction that should be in a leaf: rounding may have moved it into another.
     #[inline(always)]
-    pub(super) fn direction(&self, u: [f32; 2]) -> Vec3 {
-        direction_of(self.choose(u).square)
+    pub(super) fn density_near(&self, chosen: &Chosen, direction: Vec3) -> Density<SolidAngle> {
+        let code = code_of(square_of(direction));
+        let depth = match (code ^ chosen.code) >> (32 - 2 * chosen.depth) {
+            0 => chosen.depth,
+            _ => self.depth_at(code),
+        };
+        octahedral_to_solid_angle(Density::new(self.square_density(depth)), direction)
     }
 }
 
@@ -150,13 +172,7 @@ impl DirectionDistribution for CompressedQuadtree<'_> {
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         let chosen = self.choose(u);
         let direction = direction_of(chosen.square);
-        // Rounding may have moved it into another leaf.
-        let code = code_of(square_of(direction));
-        let depth = match (code ^ chosen.code) >> (32 - 2 * chosen.depth) {
-            0 => chosen.depth,
-            _ => self.depth_at(code),
-        };
-        let density = octahedral_to_solid_angle(Density::new(self.square_density(depth)), direction);
+        let density = self.density_near(&chosen, direction);
         Some((direction, density))
     }
 

@@ -33,7 +33,7 @@ pub(super) fn exp2_negative<L: Lanes>(y: L) -> L {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightshed_lanes::{ArrayLanes, LANES};
+    use lightshed_lanes::{AnyLanes, ArrayLanes, LANES};
 
     #[test]
     fn powers_agree_with_double_precision() {

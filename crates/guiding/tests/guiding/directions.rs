@@ -220,6 +220,51 @@ fn leaves_are_where_their_bits_say() {
     assert!(CompressedQuadtree::new(&[]).is_err());
 }
 
+/// Trees of all widths with a table of their counts have the samples and densities of those
+/// without, bit for bit, also where light is near. A table of another tree is found.
+#[test]
+fn tables_have_the_bits_of_the_tree() {
+    check_faults(&["another tree", "a word of it"], |fault| {
+        for bits in (32..=1024).step_by(32) {
+            let model = QuadtreeModel::new(QuadtreeOptions {
+                bits,
+                ..QuadtreeOptions::default()
+            })
+            .unwrap();
+            let [records, others] =
+                [0, 1].map(|seed| learnt(&model, &lobes(4000, 2 * u64::from(bits) + seed)));
+            let mut table = vec![0; model.table_words()];
+            model.tabulate(&records, &mut table);
+            match fault {
+                Some("another tree") => model.tabulate(&others, &mut table),
+                Some(_) => table[0] = table[0].rotate_left(8),
+                None => {}
+            }
+            for i in 0..300 {
+                let mut rng = CounterRng::new(1, i, bits);
+                let position = Vec3::new(rng.next_f32(), rng.next_f32(), 3.0 * rng.next_f32());
+                let plain = model.directions(&records, position);
+                let by_table = model.directions_by_table(&records, &table, position);
+                let (u, direction) = (rng.next_2d(), UniformSphere::sample(rng.next_2d()));
+                let bits_of = |directions: &dyn DirectionDistribution| {
+                    let (sampled, density) = directions.sample(u).unwrap();
+                    let densities = [density, directions.pdf(sampled), directions.pdf(direction)];
+                    (
+                        sampled.to_array().map(f32::to_bits),
+                        densities.map(|density| density.value().to_bits()),
+                    )
+                };
+                let [a, b] = [bits_of(&plain), bits_of(&by_table)];
+                if a != b {
+                    return Err(format!("{bits}: {a:?} and {b:?}"));
+                }
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
 /// Neighbouring numbers give neighbouring directions: a net of 64 × 64 numbers leaves no leaf of a
 /// 64-bit tree empty, and none has far more than its share.
 #[test]

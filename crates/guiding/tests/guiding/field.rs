@@ -348,6 +348,16 @@ fn what_makes_no_sense_is_refused() {
         ..OPTIONS
     };
     let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), few).unwrap();
-    field.record(&lobes(40_000, 1));
+    field.record(&lobes(200, 1));
+    field.update().unwrap();
+    let samples = lobes(40_000, 1);
+    let densities = |field: &GuidingField<_, AdaptiveOctree>| -> Vec<f32> {
+        let of = |sample: &GuidingSample| field.at(sample.position).unwrap().pdf(sample.direction).value();
+        samples.iter().map(of).collect()
+    };
+    let before = densities(&field);
+    field.record(&samples);
     assert_eq!(field.update(), Err(GuidingError::TooManyRegions(16)));
+    // What was known is known still, in smaller regions.
+    assert_eq!(densities(&field), before);
 }

@@ -29,7 +29,15 @@ pub(super) struct Combination {
     squares: f64,
     /// Variance of the last frame, summed over the image.
     last: f64,
+    /// Sum of the frames' variances without the noisiest pixels of each, see
+    /// [`usual_variance`](Self::usual_variance).
+    usual: f64,
+    /// Kept for its memory.
+    differences: Vec<f64>,
 }
+
+/// One pixel in so many does not count as usual.
+const UNUSUAL: usize = 1000;
 
 /// Colour of a pixel's square.
 fn colour(width: usize, pixel: usize) -> usize {
@@ -49,12 +57,15 @@ impl Combination {
             frames: 0,
             squares: 0.0,
             last: 0.0,
+            usual: 0.0,
+            differences: Vec::with_capacity(pixels),
         }
     }
 
     /// Adds a frame, given by its two halves.
     pub fn add(&mut self, [first, second]: [&[Rgb]; 2]) {
         self.last = 0.0;
+        self.differences.clear();
         for (pixel, ((sum, a), b)) in self.current.iter_mut().zip(first).zip(second).enumerate() {
             *sum += 0.5 * (a.as_dvec3() + b.as_dvec3());
             let difference = (a.as_dvec3() - b.as_dvec3()).length_squared();
@@ -62,14 +73,25 @@ impl Combination {
                 self.variances[colour(self.width, pixel)] += 0.25 * difference;
                 self.squares += (0.25 * difference).powi(2);
                 self.last += 0.25 * difference;
+                self.differences.push(0.25 * difference);
             }
         }
+        self.usual += without_largest(&mut self.differences);
         self.frames += 1;
     }
 
     /// Variance of a frame of the current iteration, summed over the image.
     pub fn variance(&self) -> f64 {
         (self.variances[0] + self.variances[1]) / f64::from(self.frames.max(1))
+    }
+
+    /// Variance of a frame of the current iteration, summed over the image: without the thousandth
+    /// of its pixels that is the noisiest, if that holds nine tenths of it. It then depends on
+    /// the rare samples that happened to come, and says little of the rest of the image.
+    pub fn usual_variance(&self) -> f64 {
+        let usual = self.usual / f64::from(self.frames.max(1));
+        let variance = self.variance();
+        if usual < 0.1 * variance { usual } else { variance }
     }
 
     /// Standard error of [`variance`](Self::variance), of pixels and frames that are independent.
@@ -105,6 +127,7 @@ impl Combination {
         }
         self.weights = [0, 1].map(|c| self.weights[c] + weights[c]);
         (self.variances, self.frames, self.squares) = ([0.0; 2], 0, 0.0);
+        self.usual = 0.0;
     }
 
     /// The combination so far. Where no iteration has a variance, the mean of the current one.
@@ -122,5 +145,44 @@ impl Combination {
             let value = (*done + weights[c] / frames * *sum) / total;
             pixel(index, value.as_vec3());
         }
+    }
+}
+
+/// Sum without the thousandth of the numbers that is the largest; changes their order.
+fn without_largest(numbers: &mut [f64]) -> f64 {
+    let kept = numbers.len() - numbers.len() / UNUSUAL;
+    if kept < numbers.len() {
+        numbers.select_nth_unstable_by(kept, f64::total_cmp);
+    }
+    numbers[..kept].iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 2,000 pixels, two do not count if they are noisy enough; the variance itself has them.
+    #[test]
+    fn the_usual_variance_is_without_the_noisiest_pixels() {
+        let mut combination = Combination::new([50, 40]);
+        let second = vec![Rgb::ZERO; 2000];
+        for noisy in [[3, 150], [0, 1999]] {
+            let mut first = vec![Rgb::new(2.0, 0.0, 0.0); 2000];
+            first[noisy[0]] = Rgb::splat(1e6);
+            first[noisy[1]] = Rgb::splat(1e5);
+            first[77] = Rgb::splat(1e4);
+            combination.add([&first, &second]);
+        }
+        let usual = 1997.0 + 0.25 * 3e8;
+        assert!((combination.usual_variance() / usual - 1.0).abs() < 1e-9);
+        let variance = usual + 0.25 * (3e12 + 3e10);
+        assert!((combination.variance() / variance - 1.0).abs() < 1e-9);
+        combination.next_iteration();
+        assert_eq!(combination.usual_variance(), 0.0);
+        // Two pixels that hold less do count.
+        let mut first = vec![Rgb::new(2.0, 0.0, 0.0); 2000];
+        first[9] = Rgb::new(200.0, 0.0, 0.0);
+        combination.add([&first, &second]);
+        assert!((combination.usual_variance() / (1999.0 + 1e4) - 1.0).abs() < 1e-9);
     }
 }

@@ -11,6 +11,7 @@ use crate::path::guide::DirectionGuide;
 use crate::path::observer::PathObserver;
 use crate::path::{FrameOfPaths, PathTracer};
 use crate::ray_cost::ray_cost;
+use crate::visible_emission::{VisibleEmission, VisibleFrames};
 use crate::volume::volpath::{VolumePathTracer, VolumeTracking};
 use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, RayTally, SampledFrames};
 use lightshed_scene::{Rgb, Scene, SceneFeatures};
@@ -51,6 +52,7 @@ pub struct GuidedPaths<'a, S> {
     ray_cost: f64,
     /// `√(C / V)` of the last frames, for roulette.
     roulette: Option<f32>,
+    visible: VisibleFrames,
     halves: [Vec<Rgb>; 2],
     before: Vec<Rgb>,
 }
@@ -90,6 +92,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             plain_rays: RayCounts::default(),
             ray_cost: diffuse + glossy,
             roulette: None,
+            visible: VisibleFrames::default(),
             halves: [vec![Rgb::ZERO; pixels], vec![Rgb::ZERO; pixels]],
             before: vec![Rgb::ZERO; pixels],
         })
@@ -180,11 +183,16 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
 
     /// Renders both halves of a frame. `None` if it was cancelled.
     fn halves(&mut self, frame: u32, seed: u64, cancel: &AtomicBool) -> Option<RayCounts> {
+        let wanted = self.options.visible_emission && self.options.volume.is_none();
+        let scene = self.scene;
+        let edges = scene.settings().max_depth.unwrap_or(u32::MAX);
+        self.visible.prepare(wanted, scene, scene.camera(), true, edges);
         let plain = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
         let half = HalfFrames {
             size: self.size,
             samples: self.options.samples / 2,
             volume: self.options.volume,
+            visible: self.visible.shared(),
             frame,
             seed,
         };
@@ -227,11 +235,15 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         if !(plain > 0.0) {
             return UNCOUNTED_COST;
         }
-        let vertices = (rays.camera + rays.path) as f64;
+        // A ray that only looks for visible emission asks no guide.
+        let pixels = f64::from(self.size[0]) * f64::from(self.size[1]);
+        let vertices = pixels * f64::from(self.options.samples) + rays.path as f64;
         (all(rays) + self.options.kind.look_up_cost() / self.ray_cost * vertices) / plain
     }
 
-    /// `√(C / V)` of frames of this variance that trace so many rays.
+    /// `√(C / V)` of frames of this variance that trace so many rays. `V` is that of usual pixels:
+    /// where few samples hold the variance, no region knows of more than some of them, and roulette
+    /// by the whole of it would end the paths that lead to the others.
     fn scale(&self, variance: f64, rays: RayCounts) -> Option<f32> {
         let pixels = f64::from(self.size[0]) * f64::from(self.size[1]);
         let samples = f64::from(self.options.samples);
@@ -244,12 +256,13 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
     /// Learns, and decides whether that was worth it.
     fn learn(&mut self, frame: u32, rays: RayCounts) {
         let (variance, trains) = (self.combination.variance(), self.learns_after(frame));
+        let usual = self.combination.usual_variance();
         let error = self.combination.variance_error();
         if self.is_dropped || !(trains || frame + 1 == self.options.training) {
             return;
         }
         self.combination.next_iteration();
-        self.roulette = self.scale(variance, rays);
+        self.roulette = self.scale(usual, rays);
         if frame == 0 {
             (self.unguided, self.unguided_error) = (variance, error);
             self.plain_rays = rays;
@@ -301,6 +314,7 @@ struct HalfFrames {
     size: [u32; 2],
     samples: u32,
     volume: Option<VolumeTracking>,
+    visible: Option<Arc<VisibleEmission>>,
     frame: u32,
     seed: u64,
 }
@@ -318,7 +332,7 @@ impl HalfFrames {
                 let tally = Arc::new(RayTally::default());
                 let frame = FrameOfPaths {
                     camera: tracer.transport.scene.camera().clone(),
-                    visible: None,
+                    visible: self.visible.clone(),
                     tally: Arc::clone(&tally),
                 };
                 self.render_with(tracer.in_frame(frame), halves, cancel)?;

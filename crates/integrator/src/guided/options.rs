@@ -117,6 +117,10 @@ pub struct GuidedPathsOptions {
     /// First edge at which roulette by what a path is worth may end a guided path, see
     /// [`Visit`](lightshed_guiding::Visit); none where that is later than all edges.
     pub worth_depth: u32,
+    /// Separate rays for directly visible emission, as
+    /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission) has; not in
+    /// media.
+    pub visible_emission: bool,
     /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
     pub volume: Option<VolumeTracking>,
 }
@@ -150,6 +154,7 @@ impl GuidedPathsOptions {
             may_drop: true,
             roulette_depth: 12,
             worth_depth: 2,
+            visible_emission: true,
             volume: None,
         }
     }

@@ -93,7 +93,7 @@ pub struct PathContribution {
     /// Whether its end was found by emitter sampling from the previous vertex; otherwise a
     /// direction hit it.
     pub is_sampled_emitter: bool,
-    /// Where a direction hit what emits, if that is a surface: a path that ends there has no
+    /// Where a direction met what emits, on a surface or in a medium: a path that ends there has no
     /// vertex.
     pub place: Option<Vec3>,
     /// Its contribution to the pixel, with its MIS weight.

@@ -58,6 +58,7 @@ struct Shade<'a, 's, S: EmitterSampler, G, P> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, '_, S, G, P> {
+    const HOT: bool = true;
     type Output = usize;
 
     #[inline(always)]

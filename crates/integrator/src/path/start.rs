@@ -17,6 +17,7 @@ pub(super) struct Start<'a, K> {
 }
 
 impl<K> LaneKernel for Start<'_, K> {
+    const HOT: bool = true;
     type Output = ();
 
     #[inline(always)]

@@ -208,7 +208,11 @@ fn frames_do_not_depend_on_threads() {
 fn frames_count_their_rays() {
     let scene = sized(builtin::cornell());
     let pixels = scene.settings().width * scene.settings().height;
-    let mut method = guided(&scene, options(GuideKind::Quadtree));
+    let options = GuidedPathsOptions {
+        visible_emission: false,
+        ..options(GuideKind::Quadtree)
+    };
+    let mut method = guided(&scene, options);
     let mut image = vec![Rgb::ZERO; pixels as usize];
     for frame in 0..3 {
         let rays = method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
@@ -216,6 +220,35 @@ fn frames_count_their_rays() {
         assert_eq!(rays.camera, u64::from(4 * pixels));
         assert!(rays.path > rays.camera && rays.emitter > rays.camera, "{rays:?}");
     }
+}
+
+/// Separate rays for the visible lamp take noise from guided frames as from plain ones, and show
+/// the same lamp: the sums of the images differ by less than four standard errors.
+#[test]
+fn visible_emission_has_its_own_rays() {
+    let scene = sized(builtin::cornell());
+    let pixels = (scene.settings().width * scene.settings().height) as usize;
+    let [(rays, variance, sum), (more_rays, less_variance, same_sum)] =
+        [false, true].map(|visible_emission| {
+            let options = GuidedPathsOptions {
+                visible_emission,
+                ..options(GuideKind::Vmf)
+            };
+            let mut method = guided(&scene, options);
+            let mut image = vec![Rgb::ZERO; pixels];
+            let (mut camera, mut variance, mut sum) = (0, 0.0, 0.0_f32);
+            for frame in 0..16 {
+                let rays = method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
+                camera += rays.unwrap().camera;
+                variance += method.last_variance();
+                sum += image.iter().map(|value| value.element_sum()).sum::<f32>() / 16.0;
+            }
+            (camera, variance / 16.0, sum)
+        });
+    println!("{variance} with {rays} camera rays, {less_variance} with {more_rays}; {sum}, {same_sum}");
+    assert!(more_rays > rays && less_variance < 0.5 * variance);
+    let error = ((variance + less_variance) / 16.0).sqrt() as f32;
+    assert!((same_sum - sum).abs() < 4.0 * error, "{sum}, {same_sum}: {error}");
 }
 
 /// Roulette by what paths find shortens paths and leaves most of what the guide gains: at the same

@@ -340,5 +340,7 @@ fn observers_see_all_that_arrives() {
     let tracer = || PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(5), 3);
     let inside = VolumePathTracer::of_tracer(tracer().with_guide(guide));
     let watched = VolumePathTracer::of_tracer(tracer().with_guide(guide).with_observer(&watch));
+    let before = watch.1.load(Ordering::Relaxed);
     held("smoke", &inside, &watched, &watch);
+    assert!(watch.1.load(Ordering::Relaxed) > before);
 }
