@@ -5,7 +5,7 @@
 //!
 //! | module | crate | what is in it |
 //! |---|---|---|
-//! | `lanes` | `lightshed-lanes` | eight `f32` lanes in AVX2 or arrays; with the feature `lanes` |
+//! | `lanes` | `lightshed-lanes` | eight `f32` lanes in AVX-512, AVX2 or arrays; feature `lanes` |
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
 //! | [`spatial`] | `lightshed-spatial` | curve orders, sparse and hash grids, neighbour search, indices of surface sites |
 //! | [`bvh`] | `lightshed-bvh` | bounding volume hierarchies over boxes, built fast; refits, instances |

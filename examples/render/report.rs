@@ -4,6 +4,7 @@ use crate::chosen::choice_json;
 use crate::rendered::Rendered;
 use lightshed::film::{ImageComparison, ShardHeader, process_cpu_seconds};
 use lightshed::integrator::Choice;
+use lightshed_lanes::LaneChoice;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -114,6 +115,7 @@ impl Report {
             "max_depth": self.max_depth,
             "seed": self.seed,
             "threads": self.threads,
+            "lanes": LaneChoice::best().name(),
             "device": self.device.as_ref().map(|(name, _)| name),
             "pass_seconds": self.device.as_ref().map(|(_, passes)| passes),
             "setup_seconds": self.setup_seconds,

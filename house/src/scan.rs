@@ -104,7 +104,7 @@ pub fn without_tests(code: &str) -> (String, Vec<String>) {
 }
 
 /// Length of the item that `code` starts with: to the end of its first braces outside brackets, or
-/// its semicolon.
+/// its semicolon. A field ends where the braces around it do.
 fn item_length(code: &str) -> usize {
     let (mut braces, mut others) = (0, 0);
     for (at, c) in code.char_indices() {
@@ -112,6 +112,7 @@ fn item_length(code: &str) -> usize {
             '(' | '[' => others += 1,
             ')' | ']' => others -= 1,
             '{' => braces += 1,
+            '}' if braces == 0 => return at,
             '}' => braces -= 1,
             _ => (),
         }
@@ -220,5 +221,17 @@ fn use_tree(tokens: &[&str], at: &mut usize, prefix: &[String], mentions: &mut V
                 return;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What follows a struct whose last field is of tests alone is kept.
+    #[test]
+    fn a_field_of_tests_ends_with_its_struct() {
+        let code = "struct A { a: u32, #[cfg(test)] fault: [u8; 2], }\nuse crate::b::B;";
+        assert_eq!(without_tests(code).0, "struct A { a: u32, }\nuse crate::b::B;");
     }
 }

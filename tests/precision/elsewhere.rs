@@ -4,12 +4,14 @@
 pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-lanes",
-        "moves or combines lanes by single operations of IEEE 754; both kinds of lanes are compared bit for bit by the crate's tests",
-        "Column::get Column::load Column::load_words Column::set Column::splat Column::store Column::store_compressed \
-         Column::store_words_compressed LaneKernel::run Lanes::abs Lanes::compress Lanes::copysign Lanes::count_at_most Lanes::delayed \
-         Lanes::equal Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of Lanes::less \
-         Lanes::less_equal Lanes::load Lanes::load_pairs Lanes::load_transposed Lanes::max Lanes::min Lanes::pick Lanes::running_sums Lanes::select Lanes::splat Lanes::sqrt Lanes::store \
-         Lanes::to_bits Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
+        "moves or combines lanes by single operations of IEEE 754; all kinds of lanes are compared bit for bit by the crate's tests",
+        "AnyLanes::abs AnyLanes::equal AnyLanes::less AnyLanes::less_equal AnyLanes::max AnyLanes::min AnyLanes::pick \
+         AnyLanes::read AnyLanes::select AnyLanes::splat AnyLanes::sqrt AnyLanes::write Column::get Column::load \
+         Column::load_words Column::read Column::set Column::splat Column::store Column::store_compressed \
+         Column::store_words_compressed Column::write LaneKernel::run Lanes::compress Lanes::copysign Lanes::count_at_most \
+         Lanes::delayed Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of \
+         Lanes::load Lanes::load_pairs Lanes::load_transposed Lanes::running_sums Lanes::store Lanes::to_bits \
+         Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
          Vec3Lanes::splat Vec3Lanes::store",
     ),
     (
@@ -169,7 +171,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "gives what it holds, or checks and stores",
         "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from EmitterOutline::radiance Environment::constant_radiance FlatScene::corners MeshInstances::box_corners GridField::clip \
          GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels LoadLimits::set Material::at Medium::albedo Medium::albedo_at Medium::emission_per_collision \
-         Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::set \
+         Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::read RayBatch::set \
          RayBatch::store RayBatch::store_compressed Scene::bounds Scene::bsdf Scene::coordinates Scene::diffuse_lanes Scene::extent \
          Scene::medium_around Checkerboard::at",
     ),
@@ -236,7 +238,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share SceneField::worth MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
+        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share SceneField::worth MethodValues::temporal_cap MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (

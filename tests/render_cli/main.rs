@@ -2,6 +2,7 @@
 //! status.
 
 mod choice;
+mod lanes;
 mod safety;
 mod shards;
 

@@ -28,7 +28,8 @@ pub struct CachedRadiance {
     /// `b` the bias of the record there and `w` its weight.
     pub deferred_bias: Rgb,
     /// Root of the variance of [`radiance`](Self::radiance) over look-ups that are moved at random
-    /// ([`CacheView::query_jittered`](crate::CacheView::query_jittered)).
+    /// ([`CacheView::query_jittered`](crate::CacheView::query_jittered)), with the surroundings:
+    /// relative to the squared radiance it is the same in a block of cells.
     pub interpolation: Rgb,
     /// Number of passes it is based on; 0 if the record does not answer yet.
     pub passes: f32,

@@ -6,7 +6,7 @@ use lightshed_sampling::{Rgb, luminance};
 /// Data of a pixel for the filter, besides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelGuide {
-    /// Unit normal; zero where no surface is seen.
+    /// Unit normal; zero where no surface is seen: such a pixel has nothing to do with others.
     pub normal: Vec3,
     /// Distance from the camera.
     pub distance: f32,
@@ -224,8 +224,9 @@ impl Svgf {
 
     /// How similar the surfaces of two pixels are, `w_z w_n`.
     fn alike(&self, own: &PixelGuide, other: &PixelGuide, offset: Vec2) -> f32 {
+        // Light beside surfaces, at their edges, is no light of others who see none.
         if own.normal == Vec3::ZERO || other.normal == Vec3::ZERO {
-            return f32::from(u8::from(own.normal == other.normal));
+            return 0.0;
         }
         let slope = own.slope.dot(offset.abs()) * self.options.distance_scale;
         let off = (own.distance - other.distance).abs();
@@ -409,6 +410,29 @@ mod tests {
             old.into_iter()
                 .all(|(age, is_new)| age == if is_new { 1.0 } else { 2.0 })
         );
+    }
+
+    /// Where no surface is seen, light at its border with surfaces stays where it is: beside it
+    /// there is none.
+    #[test]
+    fn light_beside_surfaces_stays_at_their_edge() {
+        let mut guides = guides(Vec2::ZERO);
+        let beside = |index: usize| index % 48 >= 24;
+        for (_, guide) in guides.iter_mut().enumerate().filter(|(index, _)| beside(*index)) {
+            guide.normal = Vec3::ZERO;
+        }
+        let mut filter = Svgf::new(SIZE, SvgfOptions::default());
+        for number in 0..6 {
+            let lit = |index: usize| match index % 48 <= 24 {
+                true => Rgb::splat(noise(index, number)),
+                false => Rgb::ZERO,
+            };
+            let frame: Vec<Rgb> = (0..guides.len()).map(lit).collect();
+            let filtered = filter.filter(&frame, &guides).unwrap();
+            for (index, value) in filtered.iter().enumerate() {
+                assert_eq!(*value == Rgb::ZERO, index % 48 > 24, "{index}: {value}");
+            }
+        }
     }
 
     #[test]

@@ -47,7 +47,8 @@ impl<'a> GpuGuidedPaths<'a> {
         Self::with_options(gpu, scene, on_device, options)
     }
 
-    /// With other options; points are independent whatever they say. `on_device` is `scene` on the
+    /// With other options; whatever they say, points are independent and paths find visible
+    /// emission. `on_device` is `scene` on the
     /// device.
     ///
     /// # Errors
@@ -65,6 +66,7 @@ impl<'a> GpuGuidedPaths<'a> {
             points: PointSet::Independent,
             // The device's roulette goes by throughput: what the host decides has to hold for it.
             worth_depth: u32::MAX,
+            visible_emission: false,
             ..options
         };
         let host = GuidedPaths::new(scene, scene.emitters_by_power(), options)

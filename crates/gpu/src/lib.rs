@@ -3,6 +3,7 @@
 //! [`Gpu`] is a device by wgpu, [`Kernel`] an entry point on it, [`Work`] a list of dispatches.
 //! Shaders are those of the crate `lightshed-shaders`, linked and checked in.
 
+mod asked;
 mod bindings;
 mod buffer;
 mod bvh;

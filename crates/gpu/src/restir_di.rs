@@ -134,6 +134,9 @@ fn check(settings: &RestirDiSettings) -> Result<(), GpuError> {
     if settings.biased || settings.spatial_rounds != 1 {
         return refused("only one unbiased round of spatial reuse is known");
     }
+    if settings.pairs.is_some() || settings.mutations > 0 || settings.world.is_some() {
+        return refused("neither pairs nor steps of Markov chains nor cells of space are known");
+    }
     if settings.neighbours > MOST_NEIGHBOURS {
         return refused("at most 8 neighbours are possible");
     }
@@ -175,7 +178,7 @@ mod tests {
     use super::*;
     use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
     use lightshed_film::PixelEstimator;
-    use lightshed_integrator::PathTracer;
+    use lightshed_integrator::{PathTracer, WorldReuse};
     use lightshed_scene::{Scene, SceneDescription, builtin};
     use lightshed_testkit::MeanTest;
 
@@ -210,6 +213,27 @@ mod tests {
             ("cornell-glossy", under_the_sky(builtin::cornell_glossy())),
             ("many-lights", builtin::many_lights()),
         ]
+    }
+
+    /// What the device does not do is refused, not ignored.
+    #[test]
+    fn other_settings_are_refused() {
+        assert!(check(&RestirDiSettings::UNBIASED).is_ok());
+        let changes: [fn(&mut RestirDiSettings); 5] = [
+            |settings| settings.pairs = Some(16),
+            |settings| settings.mutations = 1,
+            |settings| settings.world = Some(WorldReuse::default()),
+            |settings| settings.biased = true,
+            |settings| settings.neighbours = MOST_NEIGHBOURS + 1,
+        ];
+        for (number, change) in changes.iter().enumerate() {
+            let mut settings = RestirDiSettings::UNBIASED;
+            change(&mut settings);
+            assert!(
+                matches!(check(&settings), Err(GpuError::Settings(_))),
+                "change {number}"
+            );
+        }
     }
 
     /// Means of images by z-tests at 1e-4 each. Programs with a fault in a merge are noticed.

@@ -84,7 +84,9 @@ impl<'a> GpuRestirPt<'a> {
         Self::with_options(gpu, scene, RestirPtOptions::real_time(PathMapping::Hybrid))
     }
 
-    /// With other options: paths that start at a surface point, and at most 8 neighbours in a disk.
+    /// With other options: paths that start at a surface point, direct light among them, and at
+    /// most 8 neighbours in a disk. Numbers are independent, and paths find visible emission,
+    /// whatever the options say.
     ///
     /// # Errors
     ///
@@ -109,11 +111,7 @@ impl<'a> GpuRestirPt<'a> {
         let rules = options
             .thresholds(scene.extent(), scene.is_diffuse())
             .map_err(|error| GpuError::Settings(error.to_string().into()))?;
-        if options.path_starts_at_sensor {
-            return Err(GpuError::Settings(
-                "paths have to start at a surface point".into(),
-            ));
-        }
+        check(&options)?;
         let Neighbourhood::Disk { radius, count } = options.neighbourhood else {
             return Err(GpuError::Settings("neighbours have to lie in a disk".into()));
         };
@@ -149,6 +147,18 @@ impl<'a> GpuRestirPt<'a> {
     pub fn bytes(&self) -> u64 {
         self.frames.bytes()
     }
+}
+
+/// What of the host's options the device knows, neighbours apart.
+fn check(options: &RestirPtOptions) -> Result<(), GpuError> {
+    let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
+    if options.path_starts_at_sensor {
+        return refused("paths have to start at a surface point");
+    }
+    if options.pairs.is_some() || options.direct_samples > 0 {
+        return refused("the device knows neither pairs nor samples of direct light beside paths");
+    }
+    Ok(())
 }
 
 impl GpuMethod for GpuRestirPt<'_> {
@@ -199,6 +209,26 @@ mod tests {
     use lightshed_integrator::PathTracer;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
+
+    /// What the device does not do is refused, not ignored.
+    #[test]
+    fn other_options_are_refused() {
+        let usual = RestirPtOptions::real_time(PathMapping::Hybrid);
+        assert!(check(&usual).is_ok());
+        let changes: [fn(&mut RestirPtOptions); 3] = [
+            |options| options.pairs = Some(16),
+            |options| options.direct_samples = 1,
+            |options| options.path_starts_at_sensor = true,
+        ];
+        for (number, change) in changes.iter().enumerate() {
+            let mut options = usual;
+            change(&mut options);
+            assert!(
+                matches!(check(&options), Err(GpuError::Settings(_))),
+                "change {number}"
+            );
+        }
+    }
 
     const SIDE: u32 = 32;
     /// Frames of a chain.

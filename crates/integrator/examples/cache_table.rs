@@ -3,42 +3,71 @@
 //!
 //! ```text
 //! cargo run --release -p lightshed-integrator --example cache_table -- \
-//!     SCENE [SIDE] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE]]…
+//!     SCENE [SIDE[:EVERY]] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE][~CELLS]]…
 //! ```
+//!
+//! `SIDE²` pixels are judged. With `EVERY`, each is one of a square of `EVERY²` smaller pixels:
+//! what such a small pixel sees hardly varies, so nearly all of its variance is of what the bounds
+//! are about. `CELLS` scales the cells of the cache.
+//!
+//! With `EVERY`, the points above a bound are told apart: those that keep it by the brightness that
+//! the cache has there, of the others those where one edge varies by more than a fifth over what
+//! the cache says (`P`), and the rest.
 //!
 //! Errors are of luminance, over the squared luminance of the pixel in the reference, plus a
 //! hundredth of the squared mean of the image; the mean over all pixels but the brightest and
-//! darkest per cent. The reference has the last word on no more than its own noise, which is taken
-//! off.
+//! darkest per cent. `above` is the share of pixels whose variance is more than 1.2 times the
+//! bound. The reference has the last word on no more than its own noise, which is taken off.
 
-use lightshed_film::{FrameMethod, SampledFrames, process_cpu_seconds};
-use lightshed_integrator::{CacheRule, CachedPaths, CachedPathsOptions, GuidedPathsOptions, PathTracer};
-use lightshed_scene::{EmittersByPower, Rgb, Scene, builtin, import, luminance};
+use lightshed_caching::{CacheView, Prefixed, Termination};
+use lightshed_film::{FrameMethod, PixelEstimator, RayTally, SampleId, process_cpu_seconds};
+use lightshed_integrator::{
+    CacheEnding, CacheRule, CachedPaths, CachedPathsOptions, EndingVertex, GuidedPathsOptions, PathEnding,
+    PathTracer, VertexEnding,
+};
+use lightshed_sampling::{CounterRng, parallel};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{Rgb, Scene, builtin, import, luminance};
+use lightshed_spatial::SurfaceSite;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Sums of pixels' luminances and their squares over so many samples.
+/// Sums of points' luminances and their squares over so many samples.
 struct Pixels {
     sums: Vec<[f64; 2]>,
     count: f64,
     seconds: f64,
 }
 
+/// The points of the image that are judged: a pixel in the middle of each square of `every²`.
+#[derive(Clone, Copy)]
+struct Points {
+    side: u32,
+    every: u32,
+}
+
 impl Pixels {
-    fn new(method: &mut dyn FrameMethod, samples: u32, seed: u64) -> Self {
-        let [width, height] = method.size();
-        let mut image = vec![Rgb::ZERO; width as usize * height as usize];
-        let mut sums = vec![[0.0; 2]; image.len()];
-        let mut seconds = 0.0;
-        for frame in 0..samples {
-            let start = process_cpu_seconds().unwrap_or_default();
-            method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
-            seconds += process_cpu_seconds().unwrap_or_default() - start;
-            for (sum, value) in sums.iter_mut().zip(&image) {
-                let value = f64::from(luminance(*value));
-                *sum = [sum[0] + value, sum[1] + value * value];
+    fn new(estimator: &impl PixelEstimator, points: Points, samples: u32, seed: u64) -> Self {
+        let Points { side, every } = points;
+        let place = |number: u32| every * number + every / 2;
+        let mut sums = vec![[0.0; 2]; (side * side) as usize];
+        let start = process_cpu_seconds().unwrap_or_default();
+        parallel::for_each(sums.chunks_mut(side as usize), |row, sums| {
+            let mut ids = vec![SampleId::default(); sums.len()];
+            let mut values = vec![Rgb::ZERO; sums.len()];
+            for index in 0..samples {
+                for (x, id) in (0..side).zip(&mut ids) {
+                    let (x, y) = (place(x), place(row as u32));
+                    *id = SampleId { x, y, index };
+                }
+                estimator.sample_many(&ids, seed, &mut values);
+                for (sum, value) in sums.iter_mut().zip(&values) {
+                    let value = f64::from(luminance(*value));
+                    *sum = [sum[0] + value, sum[1] + value * value];
+                }
             }
-        }
+        });
+        let seconds = process_cpu_seconds().unwrap_or_default() - start;
         let count = f64::from(samples);
         Self { sums, count, seconds }
     }
@@ -78,6 +107,62 @@ fn errors(found: &Pixels, truth: &Pixels) -> [f64; 2] {
     [trimmed(variance.collect()), trimmed(bias.collect())]
 }
 
+/// A median, and the share of points whose variance is more than a fifth above a bound.
+fn kept(found: &Pixels, truth: &Pixels, bound: f64) -> [f64; 2] {
+    let floor = 0.01 * truth.image_mean().powi(2);
+    let relative = |p: usize| found.variance(p) / (truth.mean(p).powi(2) + floor);
+    let mut values: Vec<f64> = (0..truth.sums.len()).map(relative).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let above = values.iter().filter(|value| **value > 1.2 * bound).count();
+    [values[values.len() / 2], above as f64 / values.len() as f64]
+}
+
+/// What the cache says at the first vertex, in place of the image.
+struct Said<'c> {
+    cache: CacheView<'c>,
+    eye: Vec3,
+    what: fn(&Prefixed) -> f32,
+}
+
+impl PathEnding for Said<'_> {
+    type Path = ();
+
+    fn at(&self, (): &mut (), vertex: &EndingVertex) -> VertexEnding {
+        let EndingVertex { id, seed, .. } = *vertex;
+        let u = CounterRng::new(!seed, id.y << 16 | id.x, id.index).next_2d();
+        let site = SurfaceSite::new(vertex.position, vertex.normal)
+            .with_eye_distance(vertex.position.distance(self.eye));
+        let cached = self.cache.query_jittered(&site, u).copied().unwrap_or_default();
+        let value = (self.what)(&Prefixed::new(vertex.throughput, &cached));
+        VertexEnding {
+            radiance: Rgb::splat(value),
+            goes_on: 0.0,
+        }
+    }
+}
+
+/// Shares of the points above a bound: those that keep it by the cache's brightness, those whose
+/// variance the cache underestimates, the rest.
+fn reasons(found: &Pixels, truth: &Pixels, bound: f64, [squares, claimed, edge]: [&Pixels; 3]) -> [f64; 3] {
+    let floor = 0.01 * truth.image_mean().powi(2);
+    let mut shares = [0.0; 3];
+    let each = 1.0 / truth.sums.len() as f64;
+    for p in 0..truth.sums.len() {
+        let (variance, most) = (found.variance(p), 1.2 * bound);
+        if variance <= most * (truth.mean(p).powi(2) + floor) {
+            continue;
+        }
+        let by_brightness = variance <= most * (squares.mean(p) + floor);
+        let by_variance = edge.variance(p) > 1.2 * claimed.mean(p);
+        shares[if by_brightness {
+            0
+        } else {
+            2 - usize::from(by_variance)
+        }] += each;
+    }
+    shares
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().collect();
     let argument =
@@ -87,32 +172,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(description) => description,
         None => import::load(Path::new(&name), &[])?.description,
     };
-    let side: u32 = argument(2, "64").parse()?;
-    (description.settings.width, description.settings.height) = (side, side);
+    let size = argument(2, "64");
+    let (side, every) = size.split_once(':').unwrap_or((&size, "1"));
+    let points = Points {
+        side: side.parse()?,
+        every: every.parse()?,
+    };
     // Caches stand for paths without end.
     (
         description.settings.max_depth,
         description.settings.roulette_depth,
     ) = (Some(64), 8);
-    let scene = Scene::new(&description)?;
-    let sampler = || -> EmittersByPower<'_> { scene.emitters_by_power() };
-    let plain = || SampledFrames::new(PathTracer::new(&scene, sampler()), [side; 2], 1);
-    let truth = Pixels::new(&mut plain(), argument(3, "1024").parse()?, 77);
+    let mut with_side = |side: u32| {
+        (description.settings.width, description.settings.height) = (side, side);
+        Scene::new(&description)
+    };
+    // What the camera of the caches' passes sees, and the scene whose pixels are the points.
+    let (seen, scene) = (with_side(points.side)?, with_side(points.side * points.every)?);
+    let plain = PathTracer::new(&scene, scene.emitters_by_power());
+    let truth = Pixels::new(&plain, points, argument(3, "1024").parse()?, 77);
     let samples: u32 = argument(4, "64").parse()?;
-    let path = Pixels::new(&mut plain(), samples, 1);
+    let path = Pixels::new(&plain, points, samples, 1);
     let survival: f32 = argument(5, "1").parse()?;
-    println!("{name}, {side} x {side}, {samples} samples, survival {survival}\n");
+    println!("{name}, {size} points, {samples} samples, survival {survival}\n");
     println!(
-        "| rule | variance | squared bias | mean | edges | CPU-s a sample | the passes' | records | error at the time of 1 | 4 | 16 samples of paths |"
+        "| rule | variance | median | above | squared bias | mean | edges | CPU-s a sample | the passes' | records | error at the time of 1 | 4 | 16 samples of paths |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let time = path.seconds / path.count;
     let row = |rule: &str, found: &Pixels, [edges, records, passes]: [f64; 3]| {
         let [variance, bias] = errors(found, &truth);
+        let bound = rule.strip_prefix("variance@").and_then(|rest| {
+            let end = rest.find(['+', '~']).unwrap_or(rest.len());
+            rest[..end].parse().ok()
+        });
+        let [median, above] = kept(found, &truth, bound.unwrap_or(f64::NAN));
         let cost = found.seconds / found.count;
         let at = |samples: f64| variance * cost / (samples * time) + bias.max(0.0);
         println!(
-            "| {rule} | {variance:.4} | {bias:.5} | {:.3} | {edges:.2} | {cost:.4} | {passes:.2} | {records} | {:.4} | {:.4} | {:.4} |",
+            "| {rule} | {variance:.4} | {median:.4} | {above:.3} | {bias:.5} | {:.3} | {edges:.2} | {cost:.4} | {passes:.2} | {records} | {:.4} | {:.4} | {:.4} |",
             found.image_mean() / truth.image_mean(),
             at(1.0),
             at(4.0),
@@ -138,26 +236,77 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         false => given,
     };
     for rule in rules {
-        let (ends, guide) = match rule.split_once('+') {
+        let (ends, cells) = rule.split_once('~').unwrap_or((&rule, "1"));
+        let (ends, guide) = match ends.split_once('+') {
             Some((ends, guide)) => (ends, Some(GuidedPathsOptions::new(guide.parse()?))),
-            None => (rule.as_str(), None),
+            None => (ends, None),
         };
-        let mut options = CachedPathsOptions::new(ends.parse::<CacheRule>()?.0, &scene);
+        let mut options = CachedPathsOptions::new(ends.parse::<CacheRule>()?.0, &seen);
+        let cells: f32 = cells.parse()?;
+        options.cache.cells.cell *= cells;
+        options.cache.cells.growth *= cells;
         options.guide = guide;
-        (options.survival, options.points) = (survival, lightshed_sampling::PointSet::Independent);
+        options.survival = survival;
         options.visible_emission = false;
-        let mut method = CachedPaths::new(&scene, sampler(), options)?;
-        // The passes come with the first frame.
-        let filled = Pixels::new(&mut method, 1, 2).seconds;
-        let found = Pixels::new(&mut method, samples, 1);
+        let mut method = CachedPaths::new(&seen, seen.emitters_by_power(), options)?;
+        // The passes come with the first frame, which costs little beside them.
+        let start = process_cpu_seconds().unwrap_or_default();
+        let mut frame = vec![Rgb::ZERO; (points.side * points.side) as usize];
+        method.render_frame(0, 2, &mut frame, &AtomicBool::new(false));
+        let passes = process_cpu_seconds().unwrap_or_default() - start;
+        let mut rays = RayTally::default();
+        let ending = CacheEnding {
+            cache: method.cache().view(),
+            rule: options.rule,
+            eye: scene.camera().ray(Vec2::splat(0.5), [0.5; 2]).origin,
+            jitter: options.jitter,
+            survival,
+            rays: &rays,
+        };
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_ending(ending);
+        let found = match (method.field(), options.guide) {
+            (Some(field), Some(guide)) => {
+                let roulette = scene.settings().roulette_depth.max(guide.roulette_depth);
+                let tracer = tracer.with_depths(scene.settings().max_depth, roulette);
+                Pixels::new(&tracer.with_guide(field), points, samples, 1)
+            }
+            _ => Pixels::new(&tracer, points, samples, 1),
+        };
+        let bound = rule.strip_prefix("variance@").map(|rest| {
+            let end = rest.find(['+', '~']).unwrap_or(rest.len());
+            rest[..end].parse::<f64>()
+        });
+        if let (Some(Ok(bound)), true) = (bound, points.every > 1) {
+            let said = |what: fn(&Prefixed) -> f32| {
+                let (cache, eye) = (ending.cache, ending.eye);
+                let tracer = PathTracer::new(&scene, scene.emitters_by_power());
+                Pixels::new(
+                    &tracer
+                        .with_depths(Some(64), 8)
+                        .with_ending(Said { cache, eye, what }),
+                    points,
+                    64,
+                    3,
+                )
+            };
+            let rule = Termination::Fixed { depth: 2 };
+            let unused = RayTally::default();
+            let one_edge = CacheEnding {
+                rule,
+                rays: &unused,
+                ..ending
+            };
+            let one_edge = PathTracer::new(&scene, scene.emitters_by_power()).with_ending(one_edge);
+            let squares = said(|at| at.brightness * at.brightness);
+            let claimed = said(|at| at.variance);
+            let edge = Pixels::new(&one_edge, points, samples, 4);
+            let [bright, variance, rest] = reasons(&found, &truth, bound, [&squares, &claimed, &edge]);
+            println!("above by brightness {bright:.3}, by local variance {variance:.3}, else {rest:.3}");
+        }
+        let edges = rays.take().path as f64 / (found.sums.len() as f64 * found.count);
         let figures = method.figures();
-        let figure = |name: &str| figures.iter().find(|(other, _)| *other == name).unwrap().1;
-        let passes = (filled - found.seconds / found.count).max(0.0);
-        row(
-            &rule,
-            &found,
-            [figure("path_length"), figure("cache_records"), passes],
-        );
+        let records = figures.iter().find(|(other, _)| *other == "cache_records");
+        row(&rule, &found, [edges, records.unwrap().1, passes]);
     }
     Ok(())
 }

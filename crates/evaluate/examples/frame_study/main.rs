@@ -62,8 +62,8 @@ struct Arguments {
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
-    /// Prints a table of relative squared errors instead, of a still camera and, with `--move`, of
-    /// a moving one; the least error of a row is bold.
+    /// Prints a table of errors instead, relative squared ones unless it says otherwise, of a still
+    /// camera and, with `--move`, of a moving one; the least error of a row is bold.
     #[arg(long)]
     table: bool,
     /// One chain of each method, though it is cheaper than a frame of the last one.
@@ -467,8 +467,8 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
     Ok(rows)
 }
 
-/// The table of a scene: raw and filtered errors, and those of pixels that have just come into
-/// view.
+/// The table of a scene: raw and filtered errors, those of pixels that have just come into view,
+/// and the time of a frame.
 fn table(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     // A file is called as its folder.
     let path = Path::new(name);
@@ -481,18 +481,24 @@ fn table(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     {
         let rows = run(arguments, name, moves)?;
         let errors = [
-            ("raw", "rel_mse"),
-            ("filtered", "filtered_rel_mse"),
-            ("raw, just in view", "young_rel_mse"),
+            ("raw", "rel_mse", 1.0),
+            ("filtered", "filtered_rel_mse", 1.0),
+            ("filtered, 10⁻⁶ squared", "filtered_mse", 1e6),
+            ("raw, FLIP", "flip", 1.0),
+            ("filtered, FLIP", "filtered_flip", 1.0),
+            ("raw, just in view", "young_rel_mse", 1.0),
+            ("CPU time, ms", "cpu_seconds", 1e3),
         ];
-        for (what, key) in errors {
-            let values: Vec<f64> = rows.iter().filter_map(|row| row[key].as_f64()).collect();
+        for (what, key, scale) in errors {
+            let values = rows.iter().filter_map(|row| row[key].as_f64());
+            let values: Vec<f64> = values.map(|value| value * scale).collect();
             if values.len() < rows.len() {
                 continue;
             }
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             let cells = values.iter().zip(&rows).map(|(&value, row)| {
-                let bold = if value == least { "**" } else { "" };
+                let is_error = key != "cpu_seconds";
+                let bold = if is_error && value == least { "**" } else { "" };
                 let digits = (2 - value.log10().floor().clamp(-9.0, 2.0) as i32) as usize;
                 format!(" {bold}{value:.digits$}{bold} ({}) |", row["samples"])
             });

@@ -25,6 +25,7 @@ fn options(bits: u32, training: u32) -> GuidedPathsOptions {
         points: PointSet::Independent,
         // The device's roulette goes by throughput.
         worth_depth: u32::MAX,
+        visible_emission: false,
         ..GuidedPathsOptions::new(GuideKind::Quadtree)
     };
     options.quadtree.bits = bits;

@@ -14,7 +14,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let quadtrees = values.get::<String>(&GUIDE).is_some_and(|guide| guide == "cdq");
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 9] = [
+    let rules: [(&[&MethodOption], bool, &str); 8] = [
         (
             &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS],
             guided,
@@ -47,7 +47,6 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             world.is_none_or(|(_, both)| both),
             "with --reservoirs world",
         ),
-        (&[&VISIBLE], !guided || cached, "with --guide"),
         (
             &[&VISIBLE],
             values.light_samples() <= 1,

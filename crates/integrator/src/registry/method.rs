@@ -141,6 +141,20 @@ impl Method {
         }
     }
 
+    /// Whether each given option has an effect beside the others.
+    ///
+    /// # Errors
+    /// [`MethodError::Refused`] by the first that has none.
+    pub fn check_options(&self) -> Result<(), MethodError> {
+        match idle_option(&self.values) {
+            Some(reason) => Err(MethodError::Refused {
+                method: self.entry.name,
+                reason,
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Makes the method ready, at its first frame.
     ///
     /// # Errors
@@ -150,9 +164,7 @@ impl Method {
         if !stage.scene().media().is_empty() && !self.entry.capabilities.media {
             return Err(MethodError::Media(method));
         }
-        if let Some(reason) = idle_option(&self.values) {
-            return Err(MethodError::Refused { method, reason });
-        }
+        self.check_options()?;
         (self.entry.start)(stage, &self.values, motion)
             .map_err(|reason| MethodError::Refused { method, reason })
     }

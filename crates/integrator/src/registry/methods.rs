@@ -240,6 +240,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::VISIBLE,
             options::PAIRS,
             options::DIRECT_SAMPLES,
+            options::CAP,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -247,6 +248,7 @@ pub static METHODS: &[MethodEntry] = &[
                 (options.pairs, options.rounds) = (Some(block), PAIRED_ROUNDS);
             }
             options.direct_samples = values.direct_samples(options.direct_samples);
+            options.temporal_cap = values.temporal_cap(options.temporal_cap);
             restir_pt(stage, values, motion, options)
         },
     },
@@ -286,6 +288,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::VISIBLE,
             options::PAIRS,
             options::SPACING,
+            options::CAP,
         ],
         start: |stage, values, motion| {
             let mut options = RestirSuffixOptions::real_time(values.path_mapping());
@@ -507,7 +510,7 @@ fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion
     let scene = stage.scene();
     let mut options = RestirVolumeOptions::of_scene(scene, scene.settings().max_depth);
     options.points = values.points();
-    options.scatterings = values.get(&options::SCATTERINGS).unwrap_or(options.scatterings);
+    options.scatterings = values.scatterings(options.scatterings);
     if motion.media.is_some() || !motion.camera.is_still() {
         options = options.under_motion(scene);
     }

@@ -206,6 +206,19 @@ pub const SHIFT: MethodOption = MethodOption::new(
      reconnection, to the second surface",
 );
 
+/// How long reservoirs are kept.
+pub const CAP: MethodOption = MethodOption::new(
+    "cap",
+    "FRAMES",
+    "",
+    |text| match text.parse::<f32>() {
+        Ok(cap) if cap >= 1.0 && cap.is_finite() => Ok(()),
+        _ => Err(format!("{text} is not a finite number from 1 on")),
+    },
+    "Confidence cap of reuse from the frame before, at least 1, about the number of frames that a sample stays: 20 if not \
+     given. A denoiser that averages over frames itself is left least error by about 5",
+);
+
 /// Reuse in pairs.
 pub const PAIRS: MethodOption = MethodOption::new(
     "pairs",
@@ -467,6 +480,7 @@ impl MethodValues {
             options.field.interpolation = Interpolation::None;
         }
         options.points = self.points();
+        options.visible_emission = self.visible_emission();
         Some(options)
     }
 
@@ -513,6 +527,11 @@ impl MethodValues {
         self.get(&DIRECT_SAMPLES).unwrap_or(default)
     }
 
+    /// Most scattering vertices of a path through media.
+    pub fn scatterings(&self, default: u32) -> u32 {
+        self.get(&SCATTERINGS).unwrap_or(default)
+    }
+
     /// The shift mapping of ReSTIR path tracing.
     pub fn path_mapping(&self) -> PathMapping {
         match self.get::<String>(&SHIFT).as_deref() {
@@ -535,6 +554,11 @@ impl MethodValues {
         Some((reuse, both))
     }
 
+    /// The confidence cap of reuse from the frame before.
+    pub fn temporal_cap(&self, default: Option<f32>) -> Option<f32> {
+        self.get(&CAP).or(default)
+    }
+
     /// Whether reuse is in pairs, or followed by steps of Markov chains.
     pub fn is_decorrelated(&self) -> bool {
         self.get::<u32>(&PAIRS).is_some() || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
@@ -547,6 +571,7 @@ impl MethodValues {
             suffixes: RestirPtOptions {
                 direct_samples: self.direct_samples(default.suffixes.direct_samples),
                 visible_emission: self.visible_emission(),
+                temporal_cap: self.temporal_cap(default.suffixes.temporal_cap),
                 ..default.suffixes
             },
             prefixes,

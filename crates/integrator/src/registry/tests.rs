@@ -220,7 +220,6 @@ fn options_without_effect_are_refused() {
             "path:cdq:guide-always:fixed",
             "path:cdq:fixed:cache-passes=1:cache-always",
         ),
-        ("path:cdq:visible=paths", "path:visible=paths"),
         ("direct:2:visible=paths", "direct:visible=paths"),
         (
             "vpl-grid:200:shadow-samples=0:shadow-spread",
@@ -233,5 +232,46 @@ fn options_without_effect_are_refused() {
             "{idle}: {found:?}"
         );
         assert_eq!(start(used), Ok(()), "{used}");
+    }
+}
+
+/// Options of reuse change the third frame of a chain: each is passed on by its method.
+#[test]
+fn options_of_reuse_change_frames() {
+    let third = |text: &str| {
+        let method: Method = text.parse().unwrap();
+        let scene = scene_for(&method);
+        let stage = Stage::new(&scene);
+        let mut frames = method
+            .start(&stage, Motion::STILL)
+            .unwrap()
+            .into_frames([16, 16], 1);
+        let mut image = vec![Rgb::ZERO; 256];
+        for frame in 0..3 {
+            frames
+                .render_frame(frame, 1, &mut image, &AtomicBool::new(false))
+                .unwrap();
+        }
+        image
+    };
+    for (plain, changes) in [
+        ("restir-pt", &["cap=1", "pairs=16", "direct-samples=2"][..]),
+        (
+            "restir-suffix",
+            &[
+                "cap=1",
+                "pairs=16",
+                "direct-samples=2",
+                "spacing=2",
+                "canonical=1",
+            ],
+        ),
+        ("restir-di", &["pairs=16", "mutations=1"]),
+    ] {
+        let before = third(plain);
+        assert!(third(plain) == before, "{plain}");
+        for change in changes {
+            assert!(third(&format!("{plain}:{change}")) != before, "{plain}:{change}");
+        }
     }
 }

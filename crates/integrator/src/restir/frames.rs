@@ -8,7 +8,7 @@ use lightshed_resampling::{
     Choose, Contribution, Domain, DomainReservoir, Domains, Extent, History, Reservoir, Reuse, ReuseError,
     ShiftMapping, Storage, Sums, Topology,
 };
-use lightshed_sampling::{FrameNumbers, PassNumbers, f32_from_u32, parallel};
+use lightshed_sampling::{FrameNumbers, FramePasses, PassNumbers, PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Hit, Ray, Rgb, Scene};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,6 +19,22 @@ pub(crate) struct FrameView<'a> {
     pub camera: &'a Camera,
     pub number: u32,
     pub numbers: FrameNumbers,
+}
+
+impl<'a> FrameView<'a> {
+    /// Frame number `number` of images of `seed` that are `width` pixels wide.
+    pub fn new(
+        camera: &'a Camera,
+        passes: FramePasses,
+        (number, seed): (u32, u64),
+        (width, points): (u32, PointSet),
+    ) -> Self {
+        Self {
+            camera,
+            number,
+            numbers: passes.frame(seed, number, width).with_points(points),
+        }
+    }
 }
 
 /// The size of a scene's images.

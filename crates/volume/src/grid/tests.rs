@@ -391,6 +391,7 @@ struct Eight<'a, A> {
 }
 
 impl<A: DensityAccessor> LaneKernel for Eight<'_, A> {
+    const HOT: bool = true;
     type Output = [f32; LANES];
 
     #[inline(always)]
@@ -419,7 +420,7 @@ fn eight_lookups_are_those_one_by_one() {
             let t: [f32; LANES] =
                 core::array::from_fn(|_| (16.0 * uniform_f64(&mut rng)).round() as f32 / 16.0);
             let mut accessor = grid.accessor();
-            for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+            for choice in LaneChoice::all() {
                 let found = choice.run(Eight {
                     accessor: &mut accessor,
                     ray: &ray,

@@ -55,6 +55,7 @@ where
     S: Iterator<Item = Segment>,
     R: Rng + ?Sized,
 {
+    const HOT: bool = true;
     type Output = ([P; N], u32);
 
     #[inline(always)]

@@ -499,13 +499,12 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
     ) -> Option<RayCounts> {
         let (scene, extent) = (self.scene, self.extent());
         let camera: Camera = self.motion.camera(scene, frame);
-        let view = FrameView {
-            camera: &camera,
-            number: frame,
-            numbers: PASSES
-                .frame(seed, frame, extent.width)
-                .with_points(self.settings.points),
-        };
+        let view = FrameView::new(
+            &camera,
+            PASSES,
+            (frame, seed),
+            (extent.width, self.settings.points),
+        );
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
         let (wanted, is_still) = (self.settings.visible_emission, self.motion.is_still());

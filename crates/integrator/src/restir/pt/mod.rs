@@ -4,16 +4,14 @@
 mod direct;
 mod options;
 
-pub(crate) use direct::{DIRECT_EDGES, add_direct};
+pub(crate) use direct::{DIRECT_EDGES, DirectLight};
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
 use super::frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::FrameOfPaths;
-use crate::visible_emission::VisibleFrames;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
-use lightshed_film::{FrameMethod, RayCounts, RayTally};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,
     Reuse, ReuseError, ShiftMapping, Topology,
@@ -60,9 +58,8 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     extent: Extent,
     pixels: TwoFrames<PathPixels<'a, E>>,
     reservoirs: Reservoirs<Domain<'a, E>>,
-    visible: VisibleFrames,
-    /// Of direct light beside the resampled paths.
-    tally: Arc<RayTally>,
+    /// Beside the resampled paths.
+    direct: DirectLight,
 }
 
 /// What a pixel sees.
@@ -161,8 +158,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             extent: extent_of(world.scene()),
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
-            visible: VisibleFrames::default(),
-            tally: Arc::default(),
+            direct: DirectLight::default(),
         })
     }
 
@@ -179,22 +175,12 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             extent: self.extent,
             pixels: self.pixels,
             reservoirs: self.reservoirs,
-            visible: self.visible,
-            tally: self.tally,
+            direct: self.direct,
         }
     }
 }
 
 impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> RestirPt<'a, E, S> {
-    /// Number of the frame whose pixels are kept: without reuse in time, one is enough.
-    fn kept(&self, frame: u32) -> u32 {
-        if self.options.temporal_cap.is_some() {
-            frame
-        } else {
-            0
-        }
-    }
-
     /// The pixels' domains, and emission seen directly. Returns the number of rays, `None` if
     /// cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
@@ -202,13 +188,14 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let (connectability, at_sensor) = (self.connectability, self.options.path_starts_at_sensor);
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
         let camera = Arc::new(view.camera.clone());
-        let kept = self.kept(view.number);
+        let kept = self.options.kept_frame(view.number);
         // Direct light includes emission that is seen directly.
         let is_apart = self.options.direct_samples > 0;
         let wanted = self.options.visible_emission && (is_apart || !at_sensor) && max_length > 0;
-        self.visible
+        self.direct
+            .visible
             .prepare(wanted, scene, view.camera, self.motion.is_still(), max_length);
-        let visible = self.visible.get().filter(|_| !is_apart);
+        let visible = self.direct.visible.get().filter(|_| !is_apart);
         let pixels = &mut self.pixels.of_mut(kept).0;
         pixels.resize_with(extent.len(), || PathPixel::NOTHING);
         let see =
@@ -254,7 +241,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) {
-        let all = &self.pixels.of(self.kept(view.number)).0;
+        let all = &self.pixels.of(self.options.kept_frame(view.number)).0;
         let numbers = view.numbers.pass(Pass::Candidates);
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
@@ -332,7 +319,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
         let (frame, extent) = (view.number, self.extent);
-        let pixels = self.pixels.of(self.kept(frame));
+        let pixels = self.pixels.of(self.options.kept_frame(frame));
         let cap = self.options.temporal_cap.unwrap_or(f32::INFINITY);
         let rule = MergeRule::new(&self.shift).with_confidence_cap(cap);
         if self.options.temporal_cap.is_some() && frame > 0 {
@@ -408,28 +395,17 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let camera: Camera = self.motion.camera(self.world.scene(), frame);
-        let view = FrameView {
-            camera: &camera,
-            number: frame,
-            numbers: PASSES
-                .frame(seed, frame, self.extent.width)
-                .with_points(self.options.points),
-        };
+        let view = FrameView::new(
+            &camera,
+            PASSES,
+            (frame, seed),
+            (self.extent.width, self.options.points),
+        );
         let cancelled = || cancel.load(Ordering::Relaxed);
         let seen = self.see(view, image, cancel);
         if self.options.direct_samples > 0 && seen.is_some() {
-            let frame = FrameOfPaths {
-                camera: camera.clone(),
-                visible: self.visible.shared(),
-                tally: Arc::clone(&self.tally),
-            };
-            add_direct(
-                self.world,
-                view,
-                (self.options.direct_samples, frame),
-                image,
-                cancel,
-            );
+            let samples = self.options.direct_samples;
+            self.direct.add(self.world, view, samples, image, cancel);
         }
         let mut reservoirs = std::mem::take(&mut self.reservoirs);
         reservoirs.begin(self.extent.len());
@@ -441,13 +417,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         if !done || cancelled() {
             return None;
         }
-        let mut counts = self.world.take_counts();
-        counts.camera += seen.unwrap_or(0);
-        // Nothing else holds the tally between frames.
-        counts += Arc::get_mut(&mut self.tally)
-            .map(RayTally::take)
-            .unwrap_or_default();
-        Some(counts)
+        Some(self.direct.take_counts(self.world, seen.unwrap_or(0)))
     }
 
     fn is_still(&self) -> bool {

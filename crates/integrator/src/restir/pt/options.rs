@@ -184,6 +184,12 @@ impl RestirPtOptions {
         }
     }
 
+    /// Number of the frame whose pixels are kept until frame number `frame`: without reuse in time,
+    /// one is enough.
+    pub(crate) fn kept_frame(&self, frame: u32) -> u32 {
+        if self.temporal_cap.is_some() { frame } else { 0 }
+    }
+
     /// The pairs; `None` without spatial reuse in pairs.
     pub(crate) fn paired(&self) -> Result<Option<PairedPattern>, RestirPtError> {
         let pairs = self.pairs.filter(|_| self.rounds > 0).map(PairedPattern::new);

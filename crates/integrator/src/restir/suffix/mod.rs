@@ -11,15 +11,14 @@ mod tests;
 pub use options::{MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffixError, RestirSuffixOptions};
 
 use super::frames::{Cells, FrameView, extent_of, trace_camera_rays};
-use super::pt::{DIRECT_EDGES, add_direct};
+use super::pt::{DIRECT_EDGES, DirectLight};
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::FrameOfPaths;
 use crate::restir::pt::MAX_ROUNDS;
-use crate::visible_emission::{VisibleEmission, VisibleFrames};
+use crate::visible_emission::VisibleEmission;
 use crate::{CameraMotion, SceneWorld};
 use emission::Emission;
 use gather::Gather;
-use lightshed_film::{FrameMethod, RayCounts, RayTally};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
     Conditional, ConditionalShift, ContributionWeight, DomainReservoir, Extent, FinalGather, MergeRule, Mis,
     MixtureRis, PairedPattern, Pattern, Reservoir, Reuse, ReuseError, ShiftMapping, Topology,
@@ -31,7 +30,6 @@ use lightshed_shift::{
     PrefixStart, PrefixTracer, TreeTracer,
 };
 use lightshed_spatial::SiteMetric;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports};
 
@@ -68,8 +66,8 @@ pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShi
     /// Those of supporting prefixes.
     cells: Cells,
     history: History<'a, E>,
-    visible: VisibleFrames,
-    tally: Arc<RayTally>,
+    /// Beside prefixes and suffixes.
+    direct: DirectLight,
     #[cfg(test)]
     fault: Option<tests::Fault>,
 }
@@ -106,8 +104,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             extent: extent_of(scene),
             cells: Cells::squares(extent_of(scene), options.spacing),
             history: History::default(),
-            visible: VisibleFrames::default(),
-            tally: Arc::default(),
+            direct: DirectLight::default(),
             #[cfg(test)]
             fault: None,
         })
@@ -129,8 +126,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
             extent: self.extent,
             cells: self.cells,
             history: self.history,
-            visible: self.visible,
-            tally: self.tally,
+            direct: self.direct,
             #[cfg(test)]
             fault: self.fault,
         }
@@ -141,18 +137,10 @@ impl<'a, E: EmitterSampler, S> RestirSuffix<'a, E, S>
 where
     S: ShiftMapping<PathDomain<'a, SceneWorld<'a, E>>> + Send + Sync,
 {
-    /// Number of the frame whose pixels are kept: without reuse in time, one is enough.
-    fn kept(&self, frame: u32) -> u32 {
-        if self.options.suffixes.temporal_cap.is_some() {
-            frame
-        } else {
-            0
-        }
-    }
-
     /// What separate rays see of emission, if direct light has none.
     fn visible(&self) -> Option<&VisibleEmission> {
-        self.visible
+        self.direct
+            .visible
             .get()
             .filter(|_| self.options.suffixes.direct_samples == 0)
     }
@@ -163,15 +151,12 @@ where
         let (scene, options) = (self.world.scene(), &self.options.suffixes);
         let edges = scene.settings().max_depth.unwrap_or(u32::MAX);
         let wanted = options.visible_emission && edges > 0;
-        self.visible
+        self.direct
+            .visible
             .prepare(wanted, scene, view.camera, self.motion.is_still(), edges);
         if options.direct_samples > 0 {
-            let frame = FrameOfPaths {
-                camera: view.camera.clone(),
-                visible: self.visible.shared(),
-                tally: Arc::clone(&self.tally),
-            };
-            add_direct(self.world, view, (options.direct_samples, frame), image, cancel);
+            self.direct
+                .add(self.world, view, options.direct_samples, image, cancel);
             return 0;
         }
         let names = (view.numbers.points(), view.numbers.seed());
@@ -379,13 +364,13 @@ where
         cancel: &AtomicBool,
     ) -> Result<bool, ReuseError> {
         let (frame, extent, options) = (view.number, self.cells.extent(), &self.options.suffixes);
-        let mut supports = std::mem::take(history.supports.of_mut(self.kept(frame)));
+        let mut supports = std::mem::take(history.supports.of_mut(self.options.suffixes.kept_frame(frame)));
         let seen = self.see(view, &mut supports, image, cancel);
         history.prefixes.begin(extent.len());
         history.suffixes.begin(extent.len());
         self.draw_prefixes(view, &supports, &mut history.prefixes.now, cancel);
         if !seen || cancel.load(Ordering::Relaxed) {
-            *history.supports.of_mut(self.kept(frame)) = supports;
+            *history.supports.of_mut(self.options.suffixes.kept_frame(frame)) = supports;
             return Ok(false);
         }
         let in_time = options.temporal_cap.filter(|_| frame > 0);
@@ -439,7 +424,7 @@ where
                 .suffixes
                 .in_space(&reuse, options.rounds, neighbours, choose, cancel)?;
         }
-        *history.supports.of_mut(self.kept(frame)) = supports;
+        *history.supports.of_mut(self.options.suffixes.kept_frame(frame)) = supports;
         Ok(!cancel.load(Ordering::Relaxed))
     }
 }
@@ -460,13 +445,12 @@ where
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let camera: Camera = self.motion.camera(self.world.scene(), frame);
-        let view = FrameView {
-            camera: &camera,
-            number: frame,
-            numbers: PASSES
-                .frame(seed, frame, self.extent.width)
-                .with_points(self.options.suffixes.points),
-        };
+        let view = FrameView::new(
+            &camera,
+            PASSES,
+            (frame, seed),
+            (self.extent.width, self.options.suffixes.points),
+        );
         image.fill(Rgb::ZERO);
         let mut camera_rays = self.add_direct(view, image, cancel);
         let mut history = std::mem::take(&mut self.history);
@@ -494,7 +478,7 @@ where
                 metric: self.metric,
                 ends: self.ends,
                 connectability: self.connectability,
-                supports: history.supports.of(self.kept(frame)),
+                supports: history.supports.of(self.options.suffixes.kept_frame(frame)),
                 reservoirs: &history.suffixes.now,
                 extent: self.extent,
                 #[cfg(test)]
@@ -508,13 +492,7 @@ where
         if !done || cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let mut counts = self.world.take_counts();
-        counts.camera += camera_rays;
-        // Nothing else holds the tally between frames.
-        counts += Arc::get_mut(&mut self.tally)
-            .map(RayTally::take)
-            .unwrap_or_default();
-        Some(counts)
+        Some(self.direct.take_counts(self.world, camera_rays))
     }
 
     fn is_still(&self) -> bool {

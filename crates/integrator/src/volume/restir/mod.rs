@@ -538,13 +538,12 @@ impl FrameMethod for RestirVolume<'_> {
     ) -> Option<RayCounts> {
         let extent = self.extent();
         let camera = self.motion.camera(self.volumes(0).scene, frame);
-        let view = FrameView {
-            camera: &camera,
-            number: frame,
-            numbers: PASSES
-                .frame(seed, frame, extent.width)
-                .with_points(self.options.points),
-        };
+        let view = FrameView::new(
+            &camera,
+            PASSES,
+            (frame, seed),
+            (extent.width, self.options.points),
+        );
         let view = |reservoir| View {
             frame: view,
             reservoir,

@@ -218,7 +218,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             }
             let point = hit.map(|hit| scene.surface(&state.ray, &hit));
             let met = state.path.met(scene, sampler, &state.ray, point.as_ref());
-            state.add(state.depth, false, state.weighted(met));
+            let place = point.map(|point| point.position);
+            state.add(state.depth, false, place, state.weighted(met));
             let Some(point) = point else { break };
             if matches!(scene.materials()[point.material as usize], Material::Null) {
                 crossings += 1;
@@ -243,7 +244,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     ) -> Option<()> {
         if medium.emission().is_some() {
             let emitted = medium.emission_per_collision(position);
-            state.add(state.depth, false, state.weighted(emitted));
+            state.add(state.depth, false, Some(position), state.weighted(emitted));
         }
         let before = state.path.throughput;
         if state.depth >= self.transport().max_depth {
@@ -316,7 +317,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             let medium = medium_towards(light.ray.direction);
             let transmittance = self.transmittance(light.ray, medium, rng);
             let radiance = V::weighted(light) * transmittance;
-            state.add(depth + 1, true, state.weighted(radiance));
+            state.add(depth + 1, true, None, state.weighted(radiance));
         }
         let u_lobe = if V::HAS_LOBES { rng.lobe() } else { 0.0 };
         let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
@@ -342,11 +343,11 @@ impl<K> State<K> {
         self.path.throughput * self.channels.weight() * radiance
     }
 
-    /// Light that the path has found.
+    /// Light that the path has found, at a place that its direction `met`.
     #[inline(always)]
-    fn add(&mut self, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+    fn add(&mut self, edges: u32, is_sampled_emitter: bool, met: Option<Vec3>, radiance: Rgb) {
         if let Some(trail) = &mut self.trail {
-            trail.contribute(edges, is_sampled_emitter, None, radiance);
+            trail.contribute(edges, is_sampled_emitter, met, radiance);
         }
         self.radiance += radiance;
     }
