@@ -87,7 +87,6 @@ struct Ask<'q, 's, S, G> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide> LaneKernel for Ask<'_, '_, S, G> {
-    const HOT: bool = true;
     type Output = GuideAnswers;
 
     #[inline(always)]

@@ -58,7 +58,8 @@ struct Shade<'a, 's, S: EmitterSampler, G, P> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, '_, S, G, P> {
-    const HOT: bool = true;
+    // Guides, observers and caches take longer than what the lanes save beside them.
+    const HOT: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS;
     type Output = usize;
 
     #[inline(always)]

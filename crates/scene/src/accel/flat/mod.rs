@@ -87,7 +87,6 @@ struct NearestAlone<'a> {
 }
 
 impl LaneKernel for NearestAlone<'_> {
-    const HOT: bool = true;
     type Output = Option<Hit>;
 
     #[inline(always)]
@@ -114,7 +113,6 @@ struct AnyAlone<'a> {
 }
 
 impl LaneKernel for AnyAlone<'_> {
-    const HOT: bool = true;
     type Output = bool;
 
     #[inline(always)]

@@ -437,7 +437,6 @@ struct One<'a, Q> {
 }
 
 impl<Q: Query> LaneKernel for One<'_, Q> {
-    const HOT: bool = true;
     type Output = Q::Answer;
 
     #[inline(always)]
