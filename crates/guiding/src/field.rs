@@ -4,7 +4,7 @@ use crate::GuidingError;
 use crate::model::DirectionalModel;
 use crate::options::{FieldOptions, Interpolation};
 use crate::partition::Partition;
-use crate::passage::{Passage, StoredVisit, Visit, learn_passages};
+use crate::passage::{FlightArrival, FlightEnd, Passage, StoredVisit, Visit, learn_passages};
 use crate::recorder::Recorder;
 use crate::sample::{GuidingSample, TrainingSample};
 use crate::share::learn_share;
@@ -37,6 +37,10 @@ pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     tables: Vec<u32>,
     recorder: Recorder<TrainingSample>,
     visits: Recorder<StoredVisit>,
+    /// Ends of flights by [`FlightEnd`].
+    arrivals: [Recorder<StoredVisit>; 3],
+    /// What is known of the ends of flights in all regions together.
+    overall: [Passage; 3],
     /// Kept for their memory.
     samples: Vec<TrainingSample>,
     sorted: Vec<TrainingSample>,
@@ -55,6 +59,9 @@ pub(crate) struct Region {
     pub samples: u32,
     /// What paths find that pass it.
     pub passage: Passage,
+    /// What paths find whose flights end in it, by [`FlightEnd`].
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub arrivals: [Passage; 3],
 }
 
 /// The field's knowledge at a position.
@@ -112,6 +119,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             has_learnt: false,
             samples: 0,
             passage: Passage::default(),
+            arrivals: [Passage::default(); 3],
         };
         Ok(Self {
             partition,
@@ -123,6 +131,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             tables: Vec::new(),
             recorder: Recorder::default(),
             visits: Recorder::default(),
+            arrivals: Default::default(),
+            overall: [Passage::default(); 3],
             samples: Vec::new(),
             sorted: Vec::new(),
             slots: Vec::new(),
@@ -190,6 +200,26 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         self.regions[slot as usize].passage.worth()
     }
 
+    /// Records ends of flights through media, also of those that found nothing: what
+    /// [`arrival_worth`](Self::arrival_worth) is learnt from. Any thread may call it.
+    #[inline]
+    pub fn arrive(&self, arrivals: &[FlightArrival]) {
+        for end in FlightEnd::ALL {
+            let own = arrivals.iter().filter(|arrival| arrival.end == end);
+            self.arrivals[end as usize].record(own.filter_map(|own| StoredVisit::new(&own.visit())));
+        }
+    }
+
+    /// `√E[w²]` of what paths found whose flights ended at such a place in the region of a position
+    /// ([`FlightArrival`]): the worth by which a flight is guided. Where too few came, that of all
+    /// regions; `None` where that is not known either. A pure function until the next update.
+    #[inline(always)]
+    pub fn arrival_worth(&self, position: Vec3, end: FlightEnd) -> Option<f32> {
+        let own = self.partition.slot(position);
+        let own = own.and_then(|slot| self.regions[slot as usize].arrivals[end as usize].worth());
+        own.or_else(|| self.overall[end as usize].worth())
+    }
+
     /// The field's knowledge at a position: `None` outside the box, where nothing was learnt, and
     /// where a guide is useless. A pure function until the next update.
     #[inline(always)]
@@ -227,6 +257,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         self.recorder.take(&mut self.samples);
         self.samples.clear();
         self.visits = Recorder::default();
+        self.arrivals = Default::default();
     }
 
     /// Learns from all samples since the last update: divides space again, then lets each region
@@ -266,7 +297,21 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             |position| self.partition.slot(position),
             passages,
         );
+        for end in FlightEnd::ALL {
+            let (arrivals, partition) = (&mut self.arrivals[end as usize], &self.partition);
+            let passages = self.regions.iter_mut().map(|region| &mut region.arrivals[end as usize]);
+            learn_passages(arrivals, |position| partition.slot(position), passages);
+        }
+        self.join_arrivals();
         Ok(self.learn())
+    }
+
+    /// Sums up what all regions know of the ends of flights.
+    pub(crate) fn join_arrivals(&mut self) {
+        let regions = self.regions.iter().map(|region| region.arrivals);
+        self.overall = regions.fold([Passage::default(); 3], |sum, own| {
+            std::array::from_fn(|end| sum[end].joined(own[end]))
+        });
     }
 
     /// Finds the slot of each sample.
@@ -308,6 +353,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                     if parts[origin as usize] > 1 {
                         regions[slot].samples = 0;
                         regions[slot].passage = regions[slot].passage.of_part();
+                        regions[slot].arrivals = regions[slot].arrivals.map(Passage::of_part);
                     }
                 }
                 None => self.model.reset(own),

@@ -68,7 +68,7 @@ pub use markov::{
 pub use model::DirectionalModel;
 pub use options::{FieldOptions, Interpolation};
 pub use partition::Partition;
-pub use passage::Visit;
+pub use passage::{FlightArrival, FlightEnd, Visit};
 pub use places::{MAX_PLACES, PlaceBlock, PlaceDirections, PlaceModel, PlaceOptions};
 pub use quadtree::{
     CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeGoal, QuadtreeModel,

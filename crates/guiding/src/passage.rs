@@ -23,6 +23,34 @@ pub struct Visit {
     pub survival: f32,
 }
 
+/// Where a flight through a medium ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FlightEnd {
+    /// A collision in the medium.
+    Collision,
+    /// A surface that scatters.
+    Surface,
+    /// A boundary that lets all light pass.
+    Boundary,
+}
+
+impl FlightEnd {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Collision, Self::Surface, Self::Boundary];
+}
+
+/// The end of a flight, with what the path found there and behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightArrival {
+    /// Where it ended.
+    pub position: Vec3,
+    /// At what.
+    pub end: FlightEnd,
+    /// What the path found from there on, over the throughput with which it arrived: with sampled
+    /// emitters and all factors of roulette; without what a surface there emits.
+    pub found: f32,
+}
+
 /// What is known of paths that pass a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -53,6 +81,16 @@ impl Passage {
     #[inline(always)]
     pub fn worth(&self) -> Option<f32> {
         (self.count >= LEAST_VISITS).then(|| self.second_moment.sqrt())
+    }
+
+    /// What is known of both together.
+    pub fn joined(self, other: Self) -> Self {
+        let count = self.count + other.count;
+        let share = |part: Self| if count > 0.0 { part.second_moment * (part.count / count) } else { 0.0 };
+        Self {
+            second_moment: share(self) + share(other),
+            count,
+        }
     }
 
     /// What is known of one of eight parts of the region.
@@ -101,6 +139,18 @@ impl StoredVisit {
             position: visit.position,
             weight,
         })
+    }
+}
+
+impl FlightArrival {
+    /// As a visit that roulette was not asked for: flights have no part in it.
+    #[inline]
+    pub(crate) fn visit(&self) -> Visit {
+        Visit {
+            position: self.position,
+            found: self.found,
+            survival: 1.0,
+        }
     }
 }
 

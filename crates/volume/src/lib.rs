@@ -75,8 +75,9 @@ pub use field::{
 };
 pub use filter::Filter;
 pub use flight::{
-    EquiAngular, EquiAngularSample, Flight, KnownFlight, WeightedFlight, decomposition_tracking,
-    delta_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,
+    EquiAngular, EquiAngularSample, Flight, FlightGuiding, FlightGuidingError, GuidedFlight, KnownFlight,
+    MAX_FLIGHT_CANDIDATES, WeightedFlight, decomposition_tracking, delta_tracking, guided_homogeneous_flight,
+    guided_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,
 };
 pub use glam;
 pub use grid::{

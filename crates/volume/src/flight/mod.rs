@@ -7,6 +7,9 @@
 mod decomposition;
 mod delta;
 mod equi_angular;
+mod guided;
+#[cfg(test)]
+mod guided_tests;
 mod homogeneous;
 mod marching;
 #[cfg(test)]
@@ -16,6 +19,10 @@ mod weighted;
 pub use decomposition::decomposition_tracking;
 pub use delta::delta_tracking;
 pub use equi_angular::{EquiAngular, EquiAngularSample};
+pub use guided::{
+    FlightGuiding, FlightGuidingError, GuidedFlight, MAX_FLIGHT_CANDIDATES, guided_homogeneous_flight,
+    guided_tracking,
+};
 pub use homogeneous::homogeneous_flight;
 pub use marching::ray_marching_flight;
 pub use weighted::{WeightedFlight, weighted_delta_tracking};
