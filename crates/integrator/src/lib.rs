@@ -82,7 +82,7 @@ pub use path::PathTracer;
 pub use path::ending::{EndingVertex, NoEnding, PathEnding, VertexEnding};
 pub use path::guide::{DirectionGuide, GuidedVertex, LEAST_SURVIVAL, MAX_GUIDE_SHARE, NoDirections, NoGuide};
 pub use path::observer::{
-    NoObserver, ObservedPath, PathContribution, PathDirection, PathObserver, PathVertex,
+    NoObserver, ObservedPath, PathArrival, PathContribution, PathDirection, PathObserver, PathVertex,
 };
 pub use path::reuse::PathReuse;
 pub use registry::{

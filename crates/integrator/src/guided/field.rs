@@ -3,7 +3,7 @@
 use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
-    BinaryTree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
+    BinaryTree, FieldUpdate, FlightArrival, FlightEnd, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
     PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree, Visit, VmfMixture, VmfModel,
     WeightedDirections, WeightedTreeModel,
 };
@@ -108,6 +108,30 @@ impl SceneField {
             Self::Vmf(field) => field.worth(position),
             Self::Mixture(field) => field.worth(position),
             Self::Places(field) => field.worth(position),
+        }
+    }
+
+    /// [`GuidingField::arrive`].
+    #[inline]
+    pub fn arrive(&self, arrivals: &[FlightArrival]) {
+        match self {
+            Self::Quadtree(field) => field.arrive(arrivals),
+            Self::SdTree(field) => field.arrive(arrivals),
+            Self::Vmf(field) => field.arrive(arrivals),
+            Self::Mixture(field) => field.arrive(arrivals),
+            Self::Places(field) => field.arrive(arrivals),
+        }
+    }
+
+    /// [`GuidingField::arrival_worth`].
+    #[inline(always)]
+    pub fn arrival_worth(&self, position: Vec3, end: FlightEnd) -> Option<f32> {
+        match self {
+            Self::Quadtree(field) => field.arrival_worth(position, end),
+            Self::SdTree(field) => field.arrival_worth(position, end),
+            Self::Vmf(field) => field.arrival_worth(position, end),
+            Self::Mixture(field) => field.arrival_worth(position, end),
+            Self::Places(field) => field.arrival_worth(position, end),
         }
     }
 

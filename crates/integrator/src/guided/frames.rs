@@ -209,7 +209,9 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         // The field is lent to the tracer while the images are written.
         let field = &self.field;
         let roulette = self.roulette.map(|scale| (scale, self.options.worth_depth));
-        let guide = FieldGuide::new(field, roulette);
+        // The first frame shows the variance without a guide.
+        let flights = self.options.flights.filter(|_| frame > 0 && self.options.volume.is_some());
+        let guide = FieldGuide::new(field, roulette).with_flights(flights);
         if self.trains(frame) {
             // Frames from one update to the next.
             let frames = match self.options.every_frame {
@@ -220,7 +222,9 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             let expected =
                 pixels * f64::from(self.options.samples) * f64::from(frames.max(1)) * SAMPLES_OF_PATH;
             let share = (f64::from(self.options.max_recorded) / expected).min(1.0);
-            let recorder = FieldRecorder::new(field, share).with_visits(self.options.worth_depth < u32::MAX);
+            let recorder = FieldRecorder::new(field, share)
+                .with_visits(self.options.worth_depth < u32::MAX)
+                .with_flights(self.options.flights.is_some());
             let tracer = plain.with_guide(guide).with_observer(recorder);
             return half.render(tracer, &mut self.halves, cancel);
         }

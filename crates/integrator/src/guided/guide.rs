@@ -2,8 +2,11 @@
 
 use super::field::{FieldDirections, SceneField};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
+use lightshed_guiding::FlightEnd;
 use lightshed_sampling::luminance;
 use lightshed_scene::Rgb;
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::volume::FlightGuiding;
 
 /// Guides paths by a field, and lets them go on with the probability `q = Y(T) √E[w²] √(C / V)`:
 /// `T` is the throughput, `w` what paths found behind vertices of this region, `V` and `C` are the
@@ -18,13 +21,25 @@ pub struct FieldGuide<'f> {
     scale: f32,
     /// First edge after which it decides.
     from: u32,
+    flights: Option<FlightGuiding>,
 }
 
 impl<'f> FieldGuide<'f> {
     /// Guides by `field`. `roulette` has `√(C / V)` and the first edge after which it decides.
     pub fn new(field: &'f SceneField, roulette: Option<(f32, u32)>) -> Self {
         let (scale, from) = roulette.unwrap_or((0.0, u32::MAX));
-        Self { field, scale, from }
+        Self {
+            field,
+            scale,
+            from,
+            flights: None,
+        }
+    }
+
+    /// With guided flights through media, by what the field knows of their ends.
+    #[must_use]
+    pub fn with_flights(self, flights: Option<FlightGuiding>) -> Self {
+        Self { flights, ..self }
     }
 }
 
@@ -46,5 +61,15 @@ impl DirectionGuide for FieldGuide<'_> {
         }
         let worth = self.field.worth(vertex.position)?;
         Some(luminance(throughput) * worth * self.scale)
+    }
+
+    #[inline(always)]
+    fn flights(&self) -> Option<FlightGuiding> {
+        self.flights
+    }
+
+    #[inline(always)]
+    fn arrival_worth(&self, position: Vec3, end: FlightEnd) -> Option<f32> {
+        self.field.arrival_worth(position, end)
     }
 }

@@ -6,6 +6,7 @@ use lightshed_guiding::{
     WeightedTreeOptions,
 };
 use lightshed_sampling::PointSet;
+use lightshed_scene::volume::FlightGuiding;
 use std::fmt;
 use std::str::FromStr;
 
@@ -123,6 +124,9 @@ pub struct GuidedPathsOptions {
     pub visible_emission: bool,
     /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
     pub volume: Option<VolumeTracking>,
+    /// How flights through media are guided between colliding and passing; `None` leaves that to the
+    /// medium.
+    pub flights: Option<FlightGuiding>,
 }
 
 impl GuidedPathsOptions {
@@ -156,6 +160,7 @@ impl GuidedPathsOptions {
             worth_depth: 2,
             visible_emission: true,
             volume: None,
+            flights: None,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::field::SceneField;
 use crate::path::observer::{ObservedPath, PathObserver, PathVertex};
 use lightshed_film::SampleId;
-use lightshed_guiding::{GuidingSample, Visit};
+use lightshed_guiding::{FlightArrival, GuidingSample, Visit};
 use lightshed_sampling::{CounterRng, Density, luminance};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
@@ -22,6 +22,8 @@ pub struct FieldRecorder<'f> {
     threshold: u32,
     /// Whether some paths tell what they found at each vertex, for roulette.
     visits: bool,
+    /// Whether the same paths tell what they found at the ends of their flights.
+    flights: bool,
 }
 
 /// The word of a path's stream that decides whether it is kept; the path itself does not use it.
@@ -41,6 +43,7 @@ impl<'f> FieldRecorder<'f> {
             field,
             threshold,
             visits: false,
+            flights: false,
         }
     }
 
@@ -50,15 +53,18 @@ impl<'f> FieldRecorder<'f> {
         self.visits = visits;
         self
     }
+
+    /// With `flights` the field learns, too, what paths find where flights through media end.
+    #[must_use]
+    pub fn with_flights(mut self, flights: bool) -> Self {
+        self.flights = flights;
+        self
+    }
 }
 
 impl FieldRecorder<'_> {
-    /// Tells what one path in four, by its sample's name, found behind each of its vertices.
+    /// Tells what a path found behind each of its vertices.
     fn visit(&self, path: &ObservedPath<'_>) {
-        let pixel = path.id.y << 16 | path.id.x;
-        if CounterRng::at(path.seed, pixel, path.id.index, VISIT_WORD) > u32::MAX / VISITING {
-            return;
-        }
         let mut visits = [NO_VISIT; TOGETHER];
         let mut count = 0;
         for vertex in path.vertices {
@@ -78,16 +84,39 @@ impl FieldRecorder<'_> {
         }
         self.field.visit(&visits[..count]);
     }
+
+    /// Tells what a path found at the ends of its flights.
+    fn arrive(&self, path: &ObservedPath<'_>) {
+        for arrival in path.arrivals {
+            let behind = path.contributions.iter().skip(arrival.before);
+            let found = over(behind.map(|light| light.radiance).sum(), arrival.throughput);
+            self.field.arrive(&[FlightArrival {
+                position: arrival.position,
+                end: arrival.end,
+                found: luminance(found),
+            }]);
+        }
+    }
+}
+
+/// Whether a path is the one in four, by its sample's name, that tells of its vertices and flights.
+fn is_visiting(path: &ObservedPath<'_>) -> bool {
+    let pixel = path.id.y << 16 | path.id.x;
+    CounterRng::at(path.seed, pixel, path.id.index, VISIT_WORD) <= u32::MAX / VISITING
+}
+
+/// `a / b` by channel; 0 where nothing arrives.
+fn over(found: Rgb, throughput: Rgb) -> Rgb {
+    let over = |found: f32, throughput: f32| if throughput > 0.0 { found / throughput } else { 0.0 };
+    let Rgb { x, y, z } = throughput;
+    Rgb::new(over(found.x, x), over(found.y, y), over(found.z, z))
 }
 
 /// Radiance that a path found behind a vertex, over the throughput with which it arrived there.
 fn found_behind(path: &ObservedPath<'_>, vertex: &PathVertex) -> Rgb {
     let behind = path.contributions.iter();
     let behind = behind.filter(|light| light.edges > vertex.depth + u32::from(light.is_sampled_emitter));
-    let found: Rgb = behind.map(|light| light.radiance).sum();
-    let over = |found: f32, throughput: f32| if throughput > 0.0 { found / throughput } else { 0.0 };
-    let Rgb { x, y, z } = vertex.throughput;
-    Rgb::new(over(found.x, x), over(found.y, y), over(found.z, z))
+    over(behind.map(|light| light.radiance).sum(), vertex.throughput)
 }
 
 const NO_VISIT: Visit = Visit {
@@ -103,8 +132,13 @@ impl PathObserver for FieldRecorder<'_> {
     }
 
     fn observe(&self, path: &ObservedPath<'_>) {
-        if self.visits {
-            self.visit(path);
+        if (self.visits || self.flights) && is_visiting(path) {
+            if self.visits {
+                self.visit(path);
+            }
+            if self.flights {
+                self.arrive(path);
+            }
         }
         // Nothing is learnt from what found nothing.
         if path.contributions.is_empty() {

@@ -1,8 +1,10 @@
 //! Guides: directions besides those of the BSDF or phase function.
 
+use lightshed_guiding::FlightEnd;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
+use lightshed_scene::volume::FlightGuiding;
 
 /// A vertex, as a guide sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +46,20 @@ pub trait DirectionGuide: Sync {
     /// nothing of the direction in which the path would go on.
     #[inline(always)]
     fn survival(&self, _vertex: &GuidedVertex, _throughput: Rgb, _depth: u32) -> Option<f32> {
+        None
+    }
+
+    /// How flights through media are guided between colliding and passing; `None` if they are not.
+    #[inline(always)]
+    fn flights(&self) -> Option<FlightGuiding> {
+        None
+    }
+
+    /// The worth of a flight that ends at this position: the root of the second moment of what paths
+    /// find there and behind, per unit of throughput. `None` where it is not known. A pure function as
+    /// long as paths are traced.
+    #[inline(always)]
+    fn arrival_worth(&self, _position: Vec3, _end: FlightEnd) -> Option<f32> {
         None
     }
 }
@@ -105,5 +121,15 @@ impl<G: DirectionGuide> DirectionGuide for &G {
     #[inline(always)]
     fn survival(&self, vertex: &GuidedVertex, throughput: Rgb, depth: u32) -> Option<f32> {
         G::survival(self, vertex, throughput, depth)
+    }
+
+    #[inline(always)]
+    fn flights(&self) -> Option<FlightGuiding> {
+        G::flights(self)
+    }
+
+    #[inline(always)]
+    fn arrival_worth(&self, position: Vec3, end: FlightEnd) -> Option<f32> {
+        G::arrival_worth(self, position, end)
     }
 }

@@ -1,6 +1,7 @@
 //! Observers of paths.
 
 use lightshed_film::SampleId;
+use lightshed_guiding::FlightEnd;
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::Rgb;
@@ -36,6 +37,8 @@ pub struct ObservedPath<'a> {
     pub vertices: &'a [PathVertex],
     /// The light it found. Its sum in this order is [`radiance`](Self::radiance), bit for bit.
     pub contributions: &'a [PathContribution],
+    /// Where its flights through media ended, in order; but for those of its last edge.
+    pub arrivals: &'a [PathArrival],
     /// Radiance that arrives at the camera: the sample's value.
     pub radiance: Rgb,
 }
@@ -100,6 +103,20 @@ pub struct PathContribution {
     pub radiance: Rgb,
 }
 
+/// The end of a flight through a medium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathArrival {
+    /// Where.
+    pub position: Vec3,
+    /// At what.
+    pub end: FlightEnd,
+    /// Weight in the pixel of radiance that leaves the place against the flight.
+    pub throughput: Rgb,
+    /// Number of [`contributions`](ObservedPath::contributions) that the path had found before, with
+    /// what a surface there emits.
+    pub before: usize,
+}
+
 impl ObservedPath<'_> {
     /// Contribution to the pixel of the emitter that was sampled at vertex number `index`, with its
     /// MIS weight; `None` if it was hidden.
@@ -161,6 +178,7 @@ impl<O: PathObserver> PathObserver for &O {
 pub(crate) struct Trail {
     pub vertices: Vec<PathVertex>,
     contributions: Vec<PathContribution>,
+    arrivals: Vec<PathArrival>,
 }
 
 thread_local! {
@@ -175,6 +193,7 @@ impl Trail {
         for trail in &mut trails {
             trail.vertices.clear();
             trail.contributions.clear();
+            trail.arrivals.clear();
         }
         trails.resize_with(count, Self::default);
         trails
@@ -197,6 +216,16 @@ impl Trail {
         }
     }
 
+    /// The end of a flight through a medium; what the path finds from now on is found there.
+    pub fn arrive(&mut self, position: Vec3, end: FlightEnd, throughput: Rgb) {
+        self.arrivals.push(PathArrival {
+            position,
+            end,
+            throughput,
+            before: self.contributions.len(),
+        });
+    }
+
     /// Tells of the whole path.
     pub fn tell(&self, observer: &impl PathObserver, id: SampleId, seed: u64, radiance: Rgb) {
         observer.observe(&ObservedPath {
@@ -204,6 +233,7 @@ impl Trail {
             seed,
             vertices: &self.vertices,
             contributions: &self.contributions,
+            arrivals: &self.arrivals,
             radiance,
         });
     }

@@ -3,7 +3,7 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_SURVIVAL, GUIDE, GUIDE_ALWAYS, GUIDE_BITS,
-    GUIDE_BORDERS, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_CELLS,
+    GUIDE_BORDERS, GUIDE_SCATTER, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_CELLS,
     WORLD_READS,
 };
 
@@ -16,7 +16,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
     let rules: [(&[&MethodOption], bool, &str); 8] = [
         (
-            &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS],
+            &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS, &GUIDE_SCATTER],
             guided,
             "without --guide",
         ),

@@ -378,6 +378,7 @@ const VOLPATH_OPTIONS: &[MethodOption] = &[
     options::GUIDE_TRAINING,
     options::GUIDE_ALWAYS,
     options::GUIDE_BORDERS,
+    options::GUIDE_SCATTER,
     options::POINTS,
 ];
 

@@ -11,6 +11,7 @@ use lightshed_lights::{GridOptions, Levels};
 use lightshed_resampling::PairedPattern;
 use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
+use lightshed_scene::volume::FlightGuiding;
 
 /// How emitters are chosen.
 pub const LIGHTS: MethodOption = MethodOption::new(
@@ -74,6 +75,12 @@ pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
 pub const GUIDE_BORDERS: MethodOption = MethodOption::switch(
     "guide-borders",
     "Let a guide's regions end at their borders instead of blending them",
+);
+
+/// Whether flights are guided.
+pub const GUIDE_SCATTER: MethodOption = MethodOption::switch(
+    "guide-scatter",
+    "Guide in media, too, whether a path scatters or passes",
 );
 
 /// What techniques of a set are.
@@ -479,6 +486,7 @@ impl MethodValues {
         if self.is_on(&GUIDE_BORDERS) {
             options.field.interpolation = Interpolation::None;
         }
+        options.flights = self.is_on(&GUIDE_SCATTER).then(FlightGuiding::default);
         options.points = self.points();
         options.visible_emission = self.visible_emission();
         Some(options)

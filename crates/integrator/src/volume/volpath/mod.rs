@@ -1,6 +1,7 @@
 //! Path tracing through participating media by null collisions.
 
 mod flight;
+mod guided_flight;
 mod shadow;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use crate::path::guide::{DirectionGuide, NoGuide};
 use crate::path::observer::{NoObserver, PathObserver, Trail};
 use crate::path::scattering::{MediumVertex, SurfaceVertex, Vertex};
 use crate::path::transport::{PathState, Transport, VertexStream, path_vertex};
+use lightshed_guiding::FlightEnd;
 use lightshed_sampling::{CounterRng, PointSet, f32_from_u32};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
@@ -37,6 +39,9 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 ///   without bias.
 /// - *Directions* are those of phase functions and BSDFs, or of their mixture with a
 ///   [`DirectionGuide`]. A [`PathObserver`] sees every path; collisions are vertices like others.
+/// - *Flights* through grey media are guided if the guide says so ([`DirectionGuide::flights`]): then
+///   what is behind is known before it is decided whether the path collides or passes. The last edge
+///   always passes there, with the transmittance as weight, if the medium does not emit.
 /// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for
 ///   each path; the channels' densities are weighted by the balance heuristic over the whole path
 ///   (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
@@ -195,12 +200,21 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         while self.transport().max_depth > 0 && crossings < MOST_CROSSINGS {
             // If no surface can come before a collision, none is searched before.
             let mut hit = known.take();
-            if hit.is_none() && !state.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
+            let guiding = self.guiding(&state);
+            if hit.is_none()
+                && (guiding.is_some() || !state.medium.is_some_and(|medium| scene.medium_is_clear(medium)))
+            {
                 hit = Some(scene.nearest(&state.ray));
             }
             if let Some(medium) = state.medium.map(|index| &scene.media()[index as usize]) {
                 let t_max = hit.flatten().map_or(state.ray.t_max, |hit| hit.t);
-                if let Some(t) = fly(medium, &state.ray, t_max, self.tracking, &mut state.channels, rng) {
+                let guided = guiding.and_then(|guiding| {
+                    self.guided_flight(&mut state, &guiding, medium, hit.flatten(), t_max, rng)
+                });
+                let distance = guided.unwrap_or_else(|| {
+                    fly(medium, &state.ray, t_max, self.tracking, &mut state.channels, rng)
+                });
+                if let Some(t) = distance {
                     let position = state.ray.origin + state.ray.direction * t;
                     if self.collide(&mut state, medium, position, rng).is_none() {
                         break;
@@ -213,7 +227,9 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
                 && is_passed(scene, hit.primitive)
             {
                 crossings += 1;
-                state.cross(scene, &scene.surface(&state.ray, &hit));
+                let point = scene.surface(&state.ray, &hit);
+                self.arrive(&mut state, point.position, FlightEnd::Boundary);
+                state.cross(scene, &point);
                 continue;
             }
             let point = hit.map(|hit| scene.surface(&state.ray, &hit));
@@ -226,6 +242,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
                 state.cross(scene, &point);
                 continue;
             }
+            self.arrive(&mut state, point.position, FlightEnd::Surface);
             if self.bounce(&mut state, &point, rng).is_none() {
                 break;
             }
@@ -242,6 +259,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         position: Vec3,
         rng: &mut CounterRng,
     ) -> Option<()> {
+        self.arrive(state, position, FlightEnd::Collision);
         if medium.emission().is_some() {
             let emitted = medium.emission_per_collision(position);
             state.add(state.depth, false, Some(position), state.weighted(emitted));
