@@ -241,6 +241,12 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
         }
     }
 
+    /// Whether directions come from a guide, too.
+    #[inline(always)]
+    pub fn is_guided(&self) -> bool {
+        self.guide.is_some()
+    }
+
     /// Density of the mixture if that of the BSDF or phase function is `pdf`.
     #[inline(always)]
     fn mixed(&self, direction: Vec3, pdf: Density<SolidAngle>) -> Density<SolidAngle> {

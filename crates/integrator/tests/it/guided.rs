@@ -5,13 +5,16 @@ use crate::guides::{mean, sized};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     DirectionGuide, FieldDirections, GuideKind, GuidedPaths, GuidedPathsOptions, GuidedVertex, LightChoosing,
-    LightSelection, PathTracer, SceneField, VolumePathTracer, VolumeTracking,
+    LightSelection, ObservedPath, PathObserver, PathTracer, SceneField, VolumePathTracer, VolumeTracking,
 };
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Rgb, Scene, builtin, luminance};
+use lightshed_scene::volume::FlightGuiding;
+use lightshed_scene::{
+    DensityDescription, MediumDescription, PhaseDescription, Rgb, Scene, SceneDescription, builtin, luminance,
+};
 use lightshed_testkit::{MeanTest, check_faults};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Frames of eight samples that train at once.
 fn options(kind: GuideKind) -> GuidedPathsOptions {
@@ -331,30 +334,111 @@ fn wrong_options_are_refused() {
     assert!("cdg".parse::<GuideKind>().is_err());
 }
 
-/// Guided paths through smoke have the mean of plain ones, with the combination of frames and with
-/// each way of flight; a guide of a path tracer that sees no media has another. z-tests at 1e-5.
+/// The Cornell box in thin fog: the lamp is seen through it.
+fn fog_before_a_lamp() -> SceneDescription {
+    let mut scene = builtin::cornell();
+    scene.media.push(MediumDescription {
+        name: "fog".to_owned(),
+        density: DensityDescription::Homogeneous,
+        extinction: Rgb::splat(0.15),
+        albedo: Rgb::splat(0.7),
+        albedo_grids: Vec::new(),
+        phase: PhaseDescription::HenyeyGreenstein { g: 0.3 },
+        emission: None,
+    });
+    (scene.camera_medium, scene.settings.max_depth) = (Some(0), Some(5));
+    scene
+}
+
+/// Guided paths through a cloud, through smoke and through thin fog before a lamp have the mean of plain
+/// ones, over an ensemble of seeds: with guided directions, with guided flights, and with both. A guide of
+/// a path tracer that sees no media has another. z-tests at 1e-5.
 #[test]
 fn guides_of_media_are_unbiased() {
-    let scene = sized(builtin::smoke_in_cornell());
-    let plain = mean(&VolumePathTracer::new(&scene, scene.emitters_by_power()), 1500, 1);
-    for tracking in [VolumeTracking::Delta, VolumeTracking::Decomposition] {
-        check_faults(&[()], |fault| {
-            let volume = if fault.is_some() { None } else { Some(tracking) };
-            let options = GuidedPathsOptions {
-                volume,
-                // Rays through media are not counted, and no roulette relies on them.
-                worth_depth: u32::MAX,
-                ..options(GuideKind::Quadtree)
-            };
-            let mut ensemble = MeanTest::new();
-            for seed in 0..40 {
-                ensemble.push(image_mean(&mut guided(&scene, options), 6, 100 + seed));
-            }
-            println!("{tracking:?}: {} against {}", ensemble.mean(), plain.mean());
-            ensemble
-                .test_equal(&plain, 1e-5)
-                .map_err(|error| error.to_string())
-        })
-        .unwrap();
+    for (name, description) in [
+        ("cloud", builtin::cloud()),
+        ("smoke", builtin::smoke_in_cornell()),
+        ("fog", fog_before_a_lamp()),
+    ] {
+        let scene = sized(description);
+        let plain = mean(&VolumePathTracer::new(&scene, scene.emitters_by_power()), 2000, 1);
+        let flights = Some(FlightGuiding::default());
+        for (kind, tracking, flights, share) in [
+            (GuideKind::Vmf, VolumeTracking::Delta, None, 0.6),
+            (GuideKind::Quadtree, VolumeTracking::Decomposition, None, 0.6),
+            (GuideKind::Vmf, VolumeTracking::Delta, flights, 0.0),
+            (GuideKind::Vmf, VolumeTracking::Delta, flights, 0.6),
+        ] {
+            let faults: &[()] = if name == "smoke" && share == 0.0 { &[()] } else { &[] };
+            check_faults(faults, |fault| {
+                let volume = if fault.is_some() { None } else { Some(tracking) };
+                let mut options = GuidedPathsOptions {
+                    volume,
+                    flights,
+                    samples: 16,
+                    ..options(kind)
+                };
+                (options.field.max_share, options.field.min_share) = (share, 0.0);
+                let mut ensemble = MeanTest::new();
+                for seed in 0..24 {
+                    ensemble.push(image_mean(&mut guided(&scene, options), 16, 100 + seed));
+                }
+                println!("{name}, {kind:?}, {tracking:?}, {flights:?}, {share}, {fault:?}:");
+                println!("  {ensemble:?} against {}", plain.mean());
+                ensemble
+                    .test_equal(&plain, 1e-5)
+                    .map(|report| println!("  {report:?}"))
+                    .map_err(|error| error.to_string())
+            })
+            .unwrap();
+        }
     }
+}
+
+/// Guided flights through media have the same bits for one and for several threads, and other bits than
+/// flights without a guide.
+#[test]
+fn guided_flights_do_not_depend_on_threads() {
+    let scene = sized(fog_before_a_lamp());
+    let rendered = |threads, flights| {
+        let mut render = RenderOptions::new(12, 12, Budget::Samples(6));
+        (render.threads, render.seed) = (threads, 5);
+        let options = GuidedPathsOptions {
+            volume: Some(VolumeTracking::Delta),
+            flights,
+            ..options(GuideKind::Quadtree)
+        };
+        let mut method = guided(&scene, options);
+        let outcome = render_frames(&mut method, &render, &|_| (), &AtomicBool::new(false)).unwrap();
+        outcome.film.mean_image()
+    };
+    let flights = Some(FlightGuiding::default());
+    let one = rendered(1, flights);
+    assert!(one == rendered(2, flights) && one == rendered(7, flights));
+    assert!(one != rendered(1, None));
+}
+
+/// Paths of the greatest length that end at an emitter tell guides how far it is, in media, too: in a closed
+/// room no distance is infinite.
+#[test]
+fn paths_through_media_tell_where_their_last_edge_ended() {
+    struct Lengths(AtomicUsize);
+
+    impl PathObserver for Lengths {
+        fn observe(&self, path: &ObservedPath<'_>) {
+            for light in path.contributions {
+                if !light.is_sampled_emitter && light.edges == 3 {
+                    let place = light.place.expect("a place");
+                    assert!(place.abs().max_element() < 1.0);
+                    self.0.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+
+    let scene = sized(fog_before_a_lamp());
+    let lengths = Lengths(AtomicUsize::new(0));
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(3), 9);
+    mean(&VolumePathTracer::of_tracer(tracer.with_observer(&lengths)), 40, 1);
+    assert!(lengths.0.into_inner() > 100);
 }

@@ -337,7 +337,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             let radiance = V::weighted(light) * transmittance;
             state.add(depth + 1, true, None, state.weighted(radiance));
         }
-        let u_lobe = if V::HAS_LOBES { rng.lobe() } else { 0.0 };
+        // A guide is one more lobe.
+        let u_lobe = if V::HAS_LOBES || at.is_guided() { rng.lobe() } else { 0.0 };
         let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
         if let Some(trail) = &mut state.trail {
             let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), onward);
