@@ -152,14 +152,14 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-volume",
         "gives what it holds, or checks and stores",
         "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new ScatteredDirections::new FieldBounds::max \
-         FieldBounds::min FieldBounds::new FieldRay::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
+         FieldBounds::min FieldBounds::new FieldRay::new FlightGuiding::defence FlightGuiding::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
          Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
     ),
     (
         "lightshed-volume",
         "statistical: means and densities by the crate's tests",
         "TentativeCollisions::majorant_depth decomposition_tracking delta_transmittance spectral_delta_tracking spectral_ratio_tracking \
-         spectral_residual_ratio_tracking",
+         spectral_residual_ratio_tracking guided_homogeneous_flight guided_tracking",
     ),
     (
         "lightshed-scene",
@@ -238,7 +238,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share SceneField::worth MethodValues::temporal_cap MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
+        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::arrival_worth SceneField::mean_share SceneField::worth MethodValues::temporal_cap MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (
@@ -253,6 +253,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "a trait's function, written by a user",
-        "DirectionGuide::guide DirectionGuide::survival PathEnding::at PathObserver::observe",
+        "DirectionGuide::arrival_worth DirectionGuide::guide DirectionGuide::survival PathEnding::at PathObserver::observe",
     ),
 ];

@@ -299,7 +299,10 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         );
         for end in FlightEnd::ALL {
             let (arrivals, partition) = (&mut self.arrivals[end as usize], &self.partition);
-            let passages = self.regions.iter_mut().map(|region| &mut region.arrivals[end as usize]);
+            let passages = self
+                .regions
+                .iter_mut()
+                .map(|region| &mut region.arrivals[end as usize]);
             learn_passages(arrivals, |position| partition.slot(position), passages);
         }
         self.join_arrivals();

@@ -86,7 +86,13 @@ impl Passage {
     /// What is known of both together.
     pub fn joined(self, other: Self) -> Self {
         let count = self.count + other.count;
-        let share = |part: Self| if count > 0.0 { part.second_moment * (part.count / count) } else { 0.0 };
+        let share = |part: Self| {
+            if count > 0.0 {
+                part.second_moment * (part.count / count)
+            } else {
+                0.0
+            }
+        };
         Self {
             second_moment: share(self) + share(other),
             count,

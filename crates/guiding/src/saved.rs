@@ -67,9 +67,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         holds(is_sound, "a region's records make no sense")?;
         let is_share = |region: &Region| (0.0..=1.0).contains(&region.share);
         holds(saved.regions.iter().all(is_share), "a share is not in 0..=1")?;
-        let is_passage = |region: &Region| {
-            region.passage.is_sound() && region.arrivals.iter().all(Passage::is_sound)
-        };
+        let is_passage =
+            |region: &Region| region.passage.is_sound() && region.arrivals.iter().all(Passage::is_sound);
         holds(saved.regions.iter().all(is_passage), "a passage makes no sense")?;
         field.records.clone_from(&saved.records);
         field.regions.clone_from(&saved.regions);

@@ -1,6 +1,6 @@
 //! What guides gain in media: variance times CPU time of plain paths over that of paths whose
-//! directions, flights or both are guided, training included. The variance is that between images of
-//! different seeds, so no reference is needed.
+//! directions, flights or both are guided, training included. The variance is that between images
+//! of different seeds, so no reference is needed.
 //!
 //! ```sh
 //! cargo run --release -p lightshed-integrator --example guide_volume -- \
@@ -8,9 +8,7 @@
 //! ```
 
 use lightshed_integrator::film::{FrameMethod, SampledFrames, process_cpu_seconds};
-use lightshed_integrator::{
-    GuideKind, GuidedPaths, GuidedPathsOptions, VolumePathTracer, VolumeTracking,
-};
+use lightshed_integrator::{GuideKind, GuidedPaths, GuidedPathsOptions, VolumePathTracer, VolumeTracking};
 use lightshed_sampling::PointSet;
 use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::volume::FlightGuiding;
@@ -23,7 +21,8 @@ use std::sync::atomic::AtomicBool;
 
 const SIDE: u32 = 64;
 
-/// Fog in all of the Cornell box: thin before the lamp; around a narrow beam in a dark box; or thick.
+/// Fog in all of the Cornell box: thin before the lamp; around a narrow beam in a dark box; or
+/// thick.
 fn foggy(name: &str) -> Option<SceneDescription> {
     let mut scene = builtin::cornell();
     let (extinction, albedo) = match name {
@@ -109,7 +108,8 @@ impl Images {
     }
 
     fn mean(&self) -> f64 {
-        self.sums.iter().map(|sum| sum.element_sum()).sum::<f64>() / (3.0 * self.count * self.sums.len() as f64)
+        self.sums.iter().map(|sum| sum.element_sum()).sum::<f64>()
+            / (3.0 * self.count * self.sums.len() as f64)
     }
 }
 
@@ -149,7 +149,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut images = [(); 4].map(|()| Images::new());
     for seed in 0..seeds {
         let tracer = VolumePathTracer::new(&scene, emitters).with_points(PointSet::Sobol);
-        images[0].add(&mut SampledFrames::new(tracer, [SIDE; 2], options.samples), frames, seed);
+        images[0].add(
+            &mut SampledFrames::new(tracer, [SIDE; 2], options.samples),
+            frames,
+            seed,
+        );
         let mut guided = |image: usize, options| {
             let method = GuidedPaths::new(&scene, emitters, options);
             method.map(|mut method| images[image].add(&mut method, frames, seed))

@@ -117,7 +117,11 @@ const REASONS: &[(&str, &str, &str)] = &[
         "by the ray's parameter, or the probability that nothing is met",
         "KnownFlight::pdf",
     ),
-    ("volume", "a factor of an estimate", "WeightedFlight::weight"),
+    (
+        "volume",
+        "a factor of an estimate",
+        "GuidedFlight::weight WeightedFlight::weight",
+    ),
 ];
 
 /// Those of `found` in `package` that have no reason, and reasons without any.

@@ -3,9 +3,9 @@
 use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
-    BinaryTree, FieldUpdate, FlightArrival, FlightEnd, Guidance, GuidingError, GuidingField, GuidingSample, MAX_LOBES, MarkovModel,
-    PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree, Visit, VmfMixture, VmfModel,
-    WeightedDirections, WeightedTreeModel,
+    BinaryTree, FieldUpdate, FlightArrival, FlightEnd, Guidance, GuidingError, GuidingField, GuidingSample,
+    MAX_LOBES, MarkovModel, PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree, Visit, VmfMixture,
+    VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};

@@ -210,7 +210,10 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         let field = &self.field;
         let roulette = self.roulette.map(|scale| (scale, self.options.worth_depth));
         // The first frame shows the variance without a guide.
-        let flights = self.options.flights.filter(|_| frame > 0 && self.options.volume.is_some());
+        let flights = self
+            .options
+            .flights
+            .filter(|_| frame > 0 && self.options.volume.is_some());
         let guide = FieldGuide::new(field, roulette).with_flights(flights);
         if self.trains(frame) {
             // Frames from one update to the next.

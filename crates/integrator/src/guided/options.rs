@@ -124,8 +124,8 @@ pub struct GuidedPathsOptions {
     pub visible_emission: bool,
     /// How paths fly through media; `None` sees no media, as [`PathTracer`](crate::PathTracer).
     pub volume: Option<VolumeTracking>,
-    /// How flights through media are guided between colliding and passing; `None` leaves that to the
-    /// medium.
+    /// How flights through media are guided between colliding and passing; `None` leaves that to
+    /// the medium.
     pub flights: Option<FlightGuiding>,
 }
 

@@ -55,9 +55,9 @@ pub trait DirectionGuide: Sync {
         None
     }
 
-    /// The worth of a flight that ends at this position: the root of the second moment of what paths
-    /// find there and behind, per unit of throughput. `None` where it is not known. A pure function as
-    /// long as paths are traced.
+    /// The worth of a flight that ends at this position: the root of the second moment of what
+    /// paths find there and behind, per unit of throughput. `None` where it is not known. A pure
+    /// function as long as paths are traced.
     #[inline(always)]
     fn arrival_worth(&self, _position: Vec3, _end: FlightEnd) -> Option<f32> {
         None

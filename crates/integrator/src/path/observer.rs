@@ -112,8 +112,8 @@ pub struct PathArrival {
     pub end: FlightEnd,
     /// Weight in the pixel of radiance that leaves the place against the flight.
     pub throughput: Rgb,
-    /// Number of [`contributions`](ObservedPath::contributions) that the path had found before, with
-    /// what a surface there emits.
+    /// Number of [`contributions`](ObservedPath::contributions) that the path had found before,
+    /// with what a surface there emits.
     pub before: usize,
 }
 

@@ -350,9 +350,9 @@ fn fog_before_a_lamp() -> SceneDescription {
     scene
 }
 
-/// Guided paths through a cloud, through smoke and through thin fog before a lamp have the mean of plain
-/// ones, over an ensemble of seeds: with guided directions, with guided flights, and with both. A guide of
-/// a path tracer that sees no media has another. z-tests at 1e-5.
+/// Guided paths through a cloud, through smoke and through thin fog before a lamp have the mean of
+/// plain ones, over an ensemble of seeds: with guided directions, with guided flights, and with
+/// both. A guide of a path tracer that sees no media has another. z-tests at 1e-5.
 #[test]
 fn guides_of_media_are_unbiased() {
     for (name, description) in [
@@ -369,19 +369,23 @@ fn guides_of_media_are_unbiased() {
             (GuideKind::Vmf, VolumeTracking::Delta, flights, 0.0),
             (GuideKind::Vmf, VolumeTracking::Delta, flights, 0.6),
         ] {
-            let faults: &[()] = if name == "smoke" && share == 0.0 { &[()] } else { &[] };
+            let faults: &[()] = if name == "smoke" && share == 0.0 {
+                &[()]
+            } else {
+                &[]
+            };
             check_faults(faults, |fault| {
                 let volume = if fault.is_some() { None } else { Some(tracking) };
                 let mut options = GuidedPathsOptions {
                     volume,
                     flights,
-                    samples: 16,
+                    samples: 8,
                     ..options(kind)
                 };
                 (options.field.max_share, options.field.min_share) = (share, 0.0);
                 let mut ensemble = MeanTest::new();
                 for seed in 0..24 {
-                    ensemble.push(image_mean(&mut guided(&scene, options), 16, 100 + seed));
+                    ensemble.push(image_mean(&mut guided(&scene, options), 12, 100 + seed));
                 }
                 println!("{name}, {kind:?}, {tracking:?}, {flights:?}, {share}, {fault:?}:");
                 println!("  {ensemble:?} against {}", plain.mean());
@@ -395,8 +399,8 @@ fn guides_of_media_are_unbiased() {
     }
 }
 
-/// Guided flights through media have the same bits for one and for several threads, and other bits than
-/// flights without a guide.
+/// Guided flights through media have the same bits for one and for several threads, and other bits
+/// than flights without a guide.
 #[test]
 fn guided_flights_do_not_depend_on_threads() {
     let scene = sized(fog_before_a_lamp());
@@ -418,8 +422,8 @@ fn guided_flights_do_not_depend_on_threads() {
     assert!(one != rendered(1, None));
 }
 
-/// Paths of the greatest length that end at an emitter tell guides how far it is, in media, too: in a closed
-/// room no distance is infinite.
+/// Paths of the greatest length that end at an emitter tell guides how far it is, in media, too:
+/// in a closed room no distance is infinite.
 #[test]
 fn paths_through_media_tell_where_their_last_edge_ended() {
     struct Lengths(AtomicUsize);
@@ -439,6 +443,10 @@ fn paths_through_media_tell_where_their_last_edge_ended() {
     let scene = sized(fog_before_a_lamp());
     let lengths = Lengths(AtomicUsize::new(0));
     let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(3), 9);
-    mean(&VolumePathTracer::of_tracer(tracer.with_observer(&lengths)), 40, 1);
-    assert!(lengths.0.into_inner() > 100);
+    mean(
+        &VolumePathTracer::of_tracer(tracer.with_observer(&lengths)),
+        800,
+        1,
+    );
+    assert!(lengths.0.into_inner() > 20);
 }

@@ -10,13 +10,15 @@
 //! p_i = (1 − β) w_i a_i / Σ w a + β w_i / Σ w,
 //! ```
 //!
-//! and weighs it by `w_i / p_i`. Given the candidates, the expectation is `Σ w_i f(t_i) + w_p f(none)`
-//! for any `a ≥ 0`: the result is unbiased whatever was learnt. The weight is at most `Σ w / β`. If
-//! what is found has the second moment `m_i`, the second moment of the result is
-//! `Σ w_i² m_i / p_i`. It is least for `p_i ∝ w_i √m_i`, so the *worth* `a` is `√m`, not the mean.
+//! and weighs it by `w_i / p_i`. Given the candidates, the expectation is
+//! `Σ w_i f(t_i) + w_p f(none)` for any `a ≥ 0`: the result is unbiased whatever was learnt. The
+//! weight is at most `Σ w / β`. If what is found has the second moment `m_i`, the second moment of
+//! the result is `Σ w_i² m_i / p_i`. It is least for `p_i ∝ w_i √m_i`, so the *worth* `a` is `√m`,
+//! not the mean.
 //!
-//! That the probability of scattering can be lowered as well as raised by selecting among candidates
-//! along the ray is the idea of Xu et al. 2024 (*Volume Scattering Probability Guiding*).
+//! That the probability of scattering can be lowered as well as raised by selecting among
+//! candidates along the ray is the idea of Xu et al. 2024 (*Volume Scattering Probability
+//! Guiding*).
 
 use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
 use lightshed_sampling::f32_from_u32;
@@ -68,8 +70,8 @@ impl FlightGuiding {
     /// With so many candidates for collisions on average, and the share `β` of flights that ask for
     /// no worth: 1 is delta tracking.
     ///
-    /// # Errors
-    /// A number of candidates that is 0 or above [`MAX_FLIGHT_CANDIDATES`], a share that is not in (0, 1].
+    /// # Errors A number of candidates that is 0 or above [`MAX_FLIGHT_CANDIDATES`], a share that
+    /// is not in (0, 1].
     pub fn new(candidates: u32, defence: f32) -> Result<Self, FlightGuidingError> {
         if !(1..=MAX_FLIGHT_CANDIDATES).contains(&candidates) {
             return Err(FlightGuidingError::Candidates);
@@ -96,8 +98,8 @@ impl FlightGuiding {
 pub struct GuidedFlight {
     /// Position of the collision on the ray; `None` if it came through.
     pub distance: Option<f32>,
-    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. But for the roulette of dense media it is at
-    /// most `1/β`, and 1 where all worths are equal.
+    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. But for the roulette of dense media it
+    /// is at most `1/β`, and 1 where all worths are equal.
     pub weight: f32,
     /// Density lookups.
     pub lookups: u32,
@@ -169,13 +171,14 @@ impl Selection {
     }
 }
 
-/// A guided flight through a density with majorants: candidates are the tentative collisions of delta
-/// tracking, `w_i = T_i ρ_i/ρ̄_i` with `T_i = Π_{j<i} (1 − ρ_j/ρ̄_j)`, and the passing has what is left.
+/// A guided flight through a density with majorants: candidates are the tentative collisions of
+/// delta tracking, `w_i = T_i ρ_i/ρ̄_i` with `T_i = Π_{j<i} (1 − ρ_j/ρ̄_j)`, and the passing has
+/// what is left.
 ///
-/// Majorants are raised where the ray would have fewer candidates than asked for. Where `T` falls below
-/// 1/32 roulette decides whether there are candidates behind. The density of the result is *not known
-/// in closed form*. With equal worths everywhere it is [`delta_tracking`](crate::delta_tracking), at the
-/// cost of more lookups.
+/// Majorants are raised where the ray would have fewer candidates than asked for. Where `T` falls
+/// below 1/32 roulette decides whether there are candidates behind. The density of the result is
+/// *not known in closed form*. With equal worths everywhere it is
+/// [`delta_tracking`](crate::delta_tracking), at the cost of more lookups.
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. `worth` has `a` of a collision at `t`, and
 /// `passing` that of coming through.
@@ -221,8 +224,8 @@ pub fn guided_tracking<A: DensityAccessor>(
 }
 
 /// The same through constant extinction `σ ≥ 0` up to `t₁`: `T(t₁)` is known, so there are as many
-/// candidates as asked for, one in each of as many parts of equal probability `(1 − T)/n`, and their
-/// shares are exact.
+/// candidates as asked for, one in each of as many parts of equal probability `(1 − T)/n`, and
+/// their shares are exact.
 #[inline]
 pub fn guided_homogeneous_flight(
     extinction: f32,

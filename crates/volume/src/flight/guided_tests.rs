@@ -52,9 +52,17 @@ fn estimate(
             let bounds = FieldBounds::ALL;
             let field = Homogeneous::new(1.0, bounds).unwrap();
             let ray = FieldRay::new(Vec3::ZERO, Vec3::X);
-            let above = if fault == Some(Fault::OtherMajorants) { [2.2, 4.0] } else { [1.1, 2.0] };
+            let above = if fault == Some(Fault::OtherMajorants) {
+                [2.2, 4.0]
+            } else {
+                [1.1, 2.0]
+            };
             let segments = slab(LENGTH, above);
-            let k = if fault == Some(Fault::OtherMajorants) { 0.5 * sigma } else { sigma };
+            let k = if fault == Some(Fault::OtherMajorants) {
+                0.5 * sigma
+            } else {
+                sigma
+            };
             guided_tracking(&mut field.accessor(), &ray, segments, k, worths, guiding, rng)
         }
     };
@@ -82,7 +90,11 @@ fn any_worth_is_unbiased() {
         ("by place", |t| if t < 0.7 { 5.0 } else { 0.0 }, 1.0),
         ("nothing behind", |_| 1.0, 0.0),
         ("nothing known", |_| 0.0, 0.0),
-        ("no numbers", |t| if t < 1.0 { f32::NAN } else { f32::INFINITY }, -1.0),
+        (
+            "no numbers",
+            |t| if t < 1.0 { f32::NAN } else { f32::INFINITY },
+            -1.0,
+        ),
     ];
     let cases = 2 * 3 * worths.len();
     for is_known in [true, false] {
@@ -133,9 +145,9 @@ fn second_moment(ratio: f64, defence: f64, colliding: f64, moments: [f64; 2]) ->
         .sum()
 }
 
-/// Second moments are those of the formula, for any ratio of worths; the formula is least where worths
-/// are the roots of second moments, and larger where they are means. Without the mixture in the formula
-/// (a fault) they differ.
+/// Second moments are those of the formula, for any ratio of worths; the formula is least where
+/// worths are the roots of second moments, and larger where they are means. Without the mixture in
+/// the formula (a fault) they differ.
 #[test]
 fn roots_of_second_moments_are_the_right_worth() {
     const COLOUR: f32 = 0.5;
@@ -179,13 +191,17 @@ fn roots_of_second_moments_are_the_right_worth() {
     }
 }
 
-/// In grids with empty and dense super-voxels, thin and dense, guided flights find what exact flights
-/// find: values of the nearer and the farther half, and what comes through, by exact depths. z-tests at 1e-6 in all.
+/// In grids with empty and dense super-voxels, thin and dense, guided flights find what exact
+/// flights find: values of the nearer and the farther half, and what comes through, by exact
+/// depths. z-tests at 1e-6 in all.
 #[test]
 fn flights_through_grids_find_what_exact_flights_find() {
     let mut paths = rng(3);
     let (count, samples) = (12, 40_000);
-    for medium in [media(Filter::Nearest), media(Filter::Trilinear)].iter().flatten() {
+    for medium in [media(Filter::Nearest), media(Filter::Trilinear)]
+        .iter()
+        .flatten()
+    {
         for _ in 0..count / 4 {
             let path = random_path(medium, &mut paths);
             for k in [0.02f32, 0.3, 8.0] {
@@ -225,7 +241,13 @@ fn flights_through_grids_find_what_exact_flights_find() {
 
 #[test]
 fn options_out_of_range_are_refused() {
-    for (candidates, defence) in [(0, 0.1), (MAX_FLIGHT_CANDIDATES + 1, 0.1), (4, 0.0), (4, 1.5), (4, f32::NAN)] {
+    for (candidates, defence) in [
+        (0, 0.1),
+        (MAX_FLIGHT_CANDIDATES + 1, 0.1),
+        (4, 0.0),
+        (4, 1.5),
+        (4, f32::NAN),
+    ] {
         let error = FlightGuiding::new(candidates, defence).unwrap_err();
         assert!(!error.to_string().is_empty());
     }

@@ -24,7 +24,8 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
         self.transport().guide.flights().filter(|_| medium.is_grey())
     }
 
-    /// Tells of the end of a flight, if somebody watches and the path may still find something there.
+    /// Tells of the end of a flight, if somebody watches and the path may still find something
+    /// there.
     #[inline(always)]
     pub(super) fn arrive(&self, state: &mut State<S::Site>, position: Vec3, end: FlightEnd) {
         if let Some(trail) = &mut state.trail
@@ -88,8 +89,8 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
         Some(flight.distance)
     }
 
-    /// The worth of coming through to `hit`, or to infinity: what is emitted there, with its MIS weight,
-    /// and what paths have found.
+    /// The worth of coming through to `hit`, or to infinity: what is emitted there, with its MIS
+    /// weight, and what paths have found.
     fn passing_worth(&self, state: &State<S::Site>, hit: Option<Hit>) -> Option<f32> {
         let (scene, sampler) = (self.transport().scene, &self.transport().sampler);
         let (guide, ray) = (&self.transport().guide, &state.ray);

@@ -39,9 +39,9 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 ///   without bias.
 /// - *Directions* are those of phase functions and BSDFs, or of their mixture with a
 ///   [`DirectionGuide`]. A [`PathObserver`] sees every path; collisions are vertices like others.
-/// - *Flights* through grey media are guided if the guide says so ([`DirectionGuide::flights`]): then
-///   what is behind is known before it is decided whether the path collides or passes. The last edge
-///   always passes there, with the transmittance as weight, if the medium does not emit.
+/// - *Flights* through grey media are guided if the guide says so ([`DirectionGuide::flights`]):
+///   then what is behind is known before it is decided whether the path collides or passes. The
+///   last edge always passes there, with the transmittance as weight, if the medium does not emit.
 /// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for
 ///   each path; the channels' densities are weighted by the balance heuristic over the whole path
 ///   (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
@@ -338,7 +338,11 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             state.add(depth + 1, true, None, state.weighted(radiance));
         }
         // A guide is one more lobe.
-        let u_lobe = if V::HAS_LOBES || at.is_guided() { rng.lobe() } else { 0.0 };
+        let u_lobe = if V::HAS_LOBES || at.is_guided() {
+            rng.lobe()
+        } else {
+            0.0
+        };
         let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
         if let Some(trail) = &mut state.trail {
             let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), onward);
