@@ -5,7 +5,8 @@
 //! | random numbers by place: seed, pixel, sample, dimension | [`CounterRng`], [`PathSeed`], [`threefry4x32`] | integers; WGSL computes the same bits |
 //! | the same for the passes of a frame | [`FramePasses`] | parts of a stream that do not overlap |
 //! | stratified numbers | [`SobolSampler`] | integers; nets counted exactly |
-//! | one of the two, chosen by a setting | [`PointSet`], [`PointStream`] | as each |
+//! | the same, shared out among neighbouring pixels | [`BlueNoiseSampler`] | integers; nets of pixels counted exactly |
+//! | one of the three, chosen by a setting | [`PointSet`], [`PointStream`] | as each |
 //! | bits → numbers, one number used twice, choice among a few | [`f32_from_u32`], [`f64_from_u64`], [`u32_from_f32`], [`remap`], [`choose`] | never 1, never a zero weight |
 //! | choice among many | [`AliasTable`] | the pmf is the one realised, by exact counts; integers |
 //! | environment maps, tabulated densities | [`PiecewiseConstant1d`], [`PiecewiseConstant2d`] | the density is the one realised; monotone in `u`; integers |
@@ -62,6 +63,7 @@
 #![forbid(unsafe_code)]
 
 mod alias;
+mod blue_noise;
 mod color;
 mod direction;
 mod fixed;
@@ -81,6 +83,7 @@ mod warp;
 mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
+pub use blue_noise::BlueNoiseSampler;
 pub use color::{LUMINANCE, Rgb, luminance};
 pub use direction::{DirectionDistribution, Oriented, with_density};
 pub use fixed::{FixedMean, FixedSum};

@@ -1,5 +1,6 @@
 //! How the random numbers of a pixel's samples relate to each other.
 
+use crate::blue_noise::BlueNoiseSampler;
 use crate::rng::CounterRng;
 use crate::sobol::SobolSampler;
 use crate::uniform::f32_from_u32;
@@ -7,8 +8,8 @@ use core::fmt;
 use core::str::FromStr;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 
-/// How the random numbers of a pixel's samples relate to each other. With both kinds each number
-/// alone is uniform, and numbers of different pixels or seeds are independent.
+/// How the random numbers of a pixel's samples relate to each other. With all kinds each number
+/// alone is uniform, and numbers of different seeds are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PointSet {
@@ -19,19 +20,24 @@ pub enum PointSet {
     /// Owen-scrambled Sobol points ([`SobolSampler`]): four numbers of a block are stratified
     /// together over the samples. The variance of a mean is never much higher, and lower the
     /// smoother the integrand is. Samples of one seed depend on each other: an error estimated from
-    /// their variance is too high.
+    /// their variance is too high. Numbers of different pixels are independent.
     Sobol,
+    /// The same in each pixel, and stratified over neighbouring pixels together
+    /// ([`BlueNoiseSampler`]): the errors of neighbours differ in sign, so that an image looks less
+    /// noisy and a filter removes more. A pixel is named by its column and row, `y · 2¹⁶ + x`.
+    BlueNoise,
 }
 
 impl PointSet {
     /// All, in the order of their introduction.
-    pub const ALL: [Self; 2] = [Self::Independent, Self::Sobol];
+    pub const ALL: [Self; 3] = [Self::Independent, Self::Sobol, Self::BlueNoise];
 
     /// Its name on a command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Independent => "independent",
             Self::Sobol => "sobol",
+            Self::BlueNoise => "blue-noise",
         }
     }
 
@@ -48,6 +54,7 @@ impl PointSet {
         match self {
             Self::Independent => CounterRng::block(seed, pixel, sample, block),
             Self::Sobol => SobolSampler::block(seed, pixel, sample, block),
+            Self::BlueNoise => BlueNoiseSampler::block(seed, pixel, sample, block),
         }
     }
 
@@ -72,6 +79,7 @@ impl PointSet {
         match self {
             Self::Independent => CounterRng::block_lanes::<L>(seed, pixel, sample, block),
             Self::Sobol => SobolSampler::block_lanes::<L>(seed, pixel, sample, block),
+            Self::BlueNoise => BlueNoiseSampler::block_lanes::<L>(seed, pixel, sample, block),
         }
     }
 
@@ -98,6 +106,8 @@ pub enum PointStream {
     Independent(CounterRng),
     /// Of [`PointSet::Sobol`].
     Sobol(SobolSampler),
+    /// Of [`PointSet::BlueNoise`].
+    BlueNoise(BlueNoiseSampler),
 }
 
 impl PointStream {
@@ -107,6 +117,7 @@ impl PointStream {
         match points {
             PointSet::Independent => Self::Independent(CounterRng::new(seed, pixel, sample)),
             PointSet::Sobol => Self::Sobol(SobolSampler::new(seed, pixel, sample)),
+            PointSet::BlueNoise => Self::BlueNoise(BlueNoiseSampler::new(seed, pixel, sample)),
         }
     }
 
@@ -116,6 +127,7 @@ impl PointStream {
         match self {
             Self::Independent(rng) => rng.next_u32(),
             Self::Sobol(sampler) => sampler.next_u32(),
+            Self::BlueNoise(sampler) => sampler.next_u32(),
         }
     }
 
@@ -131,6 +143,7 @@ impl PointStream {
         match self {
             Self::Independent(rng) => rng.next_2d(),
             Self::Sobol(sampler) => sampler.next_2d(),
+            Self::BlueNoise(sampler) => sampler.next_2d(),
         }
     }
 }
@@ -148,6 +161,6 @@ impl FromStr for PointSet {
         Self::ALL
             .into_iter()
             .find(|points| points.name() == text)
-            .ok_or_else(|| format!("{text} is not one of independent, sobol"))
+            .ok_or_else(|| format!("{text} is not one of independent, sobol, blue-noise"))
     }
 }

@@ -53,6 +53,7 @@ const ROTATIONS: [[u32; 2]; 8] = [
 const STREAM_PIXEL: u32 = 0;
 const STREAM_PATH: u32 = 1;
 pub(crate) const STREAM_SOBOL: u32 = 2;
+pub(crate) const STREAM_BLUE_NOISE: u32 = 3;
 
 /// Blocks of four words computed at once.
 const LANES: usize = 8;

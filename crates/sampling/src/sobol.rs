@@ -29,7 +29,7 @@ use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
 use crate::uniform::f32_from_u32;
 
 /// Dimensions that are stratified together.
-const GROUP: usize = 4;
+pub(crate) const GROUP: usize = 4;
 
 /// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`.
 /// Reversed, because the scrambling hash works from the highest bit of a coordinate down and
@@ -97,7 +97,7 @@ const REVERSED_NIBBLES: [[[u32; GROUP]; 16]; 8] = {
 
 /// Four coordinates of Sobol point `index`, bits reversed.
 #[inline(always)]
-fn reversed_sobol(index: u32) -> [u32; GROUP] {
+pub(crate) fn reversed_sobol(index: u32) -> [u32; GROUP] {
     let mut point = [0; GROUP];
     for (place, nibbles) in REVERSED_NIBBLES.iter().enumerate() {
         let term = &nibbles[(index >> (4 * place) & 15) as usize];
@@ -111,7 +111,7 @@ fn reversed_sobol(index: u32) -> [u32; GROUP] {
 /// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
 /// (Vegdahl 2021). Requires well-mixed seeds.
 #[inline(always)]
-fn permute_upwards(mut x: u32, seed: u32) -> u32 {
+pub(crate) fn permute_upwards(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
@@ -121,7 +121,7 @@ fn permute_upwards(mut x: u32, seed: u32) -> u32 {
 
 /// [`permute_upwards`] of eight words.
 #[inline(always)]
-fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
+pub(crate) fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
     x = x ^ (x * W::splat(0x3d20_adea));
     x = x + seed;
     // An odd factor, by `| 1`: one of the operations that words have.
@@ -132,7 +132,7 @@ fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
 
 /// Eight words with their bits in the opposite order.
 #[inline(always)]
-fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
+pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
     // Neighbours of one, two and four bits are exchanged, then bytes.
     let x = (x.shift_right::<1>() & W::splat(0x5555_5555)) ^ (x & W::splat(0x5555_5555)).rotate::<1, 31>();
     let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
@@ -143,7 +143,7 @@ fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
 /// [`reversed_sobol`] of eight indices. The first dimension is the index: its directions are the
 /// bits themselves.
 #[inline(always)]
-fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
+pub(crate) fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
     let mut point = [index, W::splat(0), W::splat(0), W::splat(0)];
     let mut rest = index;
     for directions in &REVERSED_DIRECTIONS {

@@ -200,15 +200,15 @@ impl PathWords {
     }
 }
 
-/// The use of the dimensions of a block at a vertex. The first two of a Sobol block are stratified
+/// The use of the dimensions of a block at a vertex. The first two of a stratified block are so
 /// best: they are the position on an emitter, and the direction. The third selects the emitter (the
 /// high half of its number), or the lobe.
 #[inline(always)]
 fn arrange<W: Copy>(points: PointSet, block: u32, [a, b, c, d]: [W; 4]) -> [W; 4] {
     match points {
         PointSet::Independent => [a, b, c, d],
-        PointSet::Sobol if block.is_multiple_of(2) => [d, c, a, b],
-        PointSet::Sobol => [c, a, b, d],
+        PointSet::Sobol | PointSet::BlueNoise if block.is_multiple_of(2) => [d, c, a, b],
+        PointSet::Sobol | PointSet::BlueNoise => [c, a, b, d],
     }
 }
 

@@ -28,7 +28,7 @@ pub const POINTS: MethodOption = MethodOption::new(
     "SET",
     "sobol",
     |text| one_of(text, &PointSet::ALL.map(PointSet::name)),
-    "Random numbers of a pixel's samples: sobol, stratified over the samples, or independent",
+    "Random numbers of a pixel's samples: sobol, stratified over the samples, blue-noise, stratified over neighbouring pixels, too, or independent",
 );
 
 /// What guides directions.

@@ -2,6 +2,7 @@
 //! elsewhere.
 
 mod alias;
+mod blue_noise;
 mod choose;
 mod direction;
 mod fixed;
