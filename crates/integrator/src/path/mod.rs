@@ -406,7 +406,8 @@ mod tests {
             // Short paths, whose last edges often meet emitters, and long ones, with roulette from
             // the third edge so that those of a batch end at different times.
             let runs = [1, 2, 3, 7].map(|depth| (depth, PointSet::Independent));
-            for (max_depth, points) in runs.into_iter().chain([(7, PointSet::Sobol)]) {
+            let stratified = [(7, PointSet::Sobol), (7, PointSet::BlueNoise)];
+            for (max_depth, points) in runs.into_iter().chain(stratified) {
                 let tracer = || {
                     PathTracer::new(&scene, scene.emitters_by_power())
                         .with_depths(Some(max_depth), 3)
