@@ -143,7 +143,8 @@ pub fn image_key(
 /// Whether samples of different shards are independent of each other: not those of a point set,
 /// unless each shard is a chain with a seed of its own.
 fn has_independent_samples(method: &Method) -> bool {
-    let of_points = method.entry().option("points").is_some() && method.values().points() != PointSet::Independent;
+    let of_points =
+        method.entry().option("points").is_some() && method.values().points() != PointSet::Independent;
     method.capabilities().chain || !of_points
 }
 

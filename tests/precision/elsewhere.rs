@@ -30,13 +30,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-sampling",
         "the same bits as the function of one number, by the crate's tests",
-        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes SobolSampler::block_lanes FrameLanes::from_normal FrameLanes::to_world \
+        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes SobolSampler::block_lanes BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_world \
          PathSeed::block_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes",
     ),
     (
         "lightshed-sampling",
         "exact integers, or those words as numbers; held to by known answers",
-        "CounterRng::next_2d CounterRng::next_f32 PointStream::next_2d PointStream::next_f32 SobolSampler::next_2d SobolSampler::next_f32",
+        "CounterRng::next_2d CounterRng::next_f32 PointStream::next_2d PointStream::next_f32 SobolSampler::next_2d SobolSampler::next_f32 BlueNoiseSampler::next_2d BlueNoiseSampler::next_f32",
     ),
     (
         "lightshed-sampling",

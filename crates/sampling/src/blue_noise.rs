@@ -165,10 +165,9 @@ fn pascal_lanes<W: LaneWords>(x: W) -> W {
 /// samples are not independent, *nor are those of different pixels*.
 ///
 /// ```
-/// use lightshed_sampling::BlueNoiseSampler;
-/// // One sample in each pixel of a row: neighbours get numbers from different halves, in pairs
-/// // that begin at either the first or the second.
-/// let half: Vec<bool> = (0..64).map(|x| BlueNoiseSampler::new(5, x, 0).next_f32() < 0.5).collect();
+/// use lightshed_sampling::BlueNoiseSampler; // One sample in each pixel of a row: neighbours get
+/// numbers from different halves, in pairs // that begin at either the first or the second. let
+/// half: Vec<bool> = (0..64).map(|x| BlueNoiseSampler::new(5, x, 0).next_f32() < 0.5).collect();
 /// let differ = |first: usize| half[first..63].chunks_exact(2).all(|pair| pair[0] != pair[1]);
 /// assert!(differ(0) || differ(1));
 /// ```
@@ -317,8 +316,8 @@ mod tests {
         counts.iter().all(|&count| count == points.len() / counts.len())
     }
 
-    /// The `2^L` samples of `2^k` pixels are a (0, L + k, 1)-net in each dimension, and a (t, L + k,
-    /// 2)-net with t ≤ 3 in the first two and t ≤ 6 in any two, for every L and k, for later
+    /// The `2^L` samples of `2^k` pixels are a (0, L + k, 1)-net in each dimension, and a (t, L +
+    /// k, 2)-net with t ≤ 3 in the first two and t ≤ 6 in any two, for every L and k, for later
     /// samples, and in every block of the image.
     #[test]
     fn pixels_share_out_one_net() {
@@ -361,7 +360,8 @@ mod tests {
         .unwrap();
     }
 
-    /// Blocks of four pixels are squares, of two are pairs of neighbours, wherever the curve starts.
+    /// Blocks of four pixels are squares, of two are pairs of neighbours, wherever the curve
+    /// starts.
     #[test]
     fn blocks_are_compact() {
         let [mut rows, mut columns] = [0, 0];

@@ -45,8 +45,8 @@ impl PointSet {
     /// `block` is below 2³⁰.
     ///
     /// ```
-    /// use lightshed_sampling::{CounterRng, PointSet, SobolSampler};
-    /// let words = [PointSet::Independent, PointSet::Sobol].map(|points| points.block(1, 7, 3, 2)[1]);
+    /// use lightshed_sampling::{CounterRng, PointSet, SobolSampler}; let words =
+    /// [PointSet::Independent, PointSet::Sobol].map(|points| points.block(1, 7, 3, 2)[1]);
     /// assert_eq!(words, [CounterRng::at(1, 7, 3, 9), SobolSampler::at(1, 7, 3, 9)]);
     /// ```
     #[inline]

@@ -145,8 +145,9 @@ fn low_share(errors: &[f64]) -> f64 {
     low / errors.iter().map(|error| error * error).sum::<f64>()
 }
 
-/// Low frequencies have less than two thirds of their share of white noise for any number of samples
-/// (0.023 to 0.049, found over 32 seeds). Shuffled pixels have the same errors and a white spectrum.
+/// Low frequencies have less than two thirds of their share of white noise for any number of
+/// samples (0.023 to 0.049, found over 32 seeds). Shuffled pixels have the same errors and a white
+/// spectrum.
 #[test]
 fn the_error_of_an_image_is_blue() {
     check_faults(&[Fault::Shuffled, Fault::Apart], |fault| {
@@ -164,9 +165,10 @@ fn the_error_of_an_image_is_blue() {
     .unwrap();
 }
 
-/// Frames are samples: the mean of four frames has far less than a quarter of a frame's squared error
-/// in a pixel (a quarter if frames were independent), and that of 2 × 2 pixels of four frames less
-/// than three quarters of a quarter of that, wherever the blocks begin (independent pixels: 0.87).
+/// Frames are samples: the mean of four frames has far less than a quarter of a frame's squared
+/// error in a pixel (a quarter if frames were independent), and that of 2 × 2 pixels of four frames
+/// less than three quarters of a quarter of that, wherever the blocks begin (independent pixels:
+/// 0.87).
 #[test]
 fn errors_are_spread_over_frames_and_pixels() {
     check_faults(&[Fault::Shuffled, Fault::Apart], |fault| {

@@ -3,7 +3,7 @@
 
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter, small};
-use lightshed_film::FrameMethod;
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_integrator::{Method, Motion, PathTracer, Stage};
 use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
 use lightshed_testkit::check_faults;
@@ -34,7 +34,7 @@ impl FrameMethod for Planted<'_> {
         seed: u64,
         image: &mut [Rgb],
         cancel: &AtomicBool,
-    ) -> Option<lightshed_film::RayCounts> {
+    ) -> Option<RayCounts> {
         let seed = if matches!(self.1, Some(Fault::OneSeed)) {
             7 + seed % 2
         } else {
@@ -44,7 +44,11 @@ impl FrameMethod for Planted<'_> {
         if matches!(self.1, Some(Fault::PixelsTwice)) {
             image.chunks_exact_mut(2).for_each(|pair| pair[1] = pair[0]);
         }
-        counts
+        // Rays of plain samples are not counted.
+        counts.map(|counts| RayCounts {
+            camera: counts.camera.max(1),
+            ..counts
+        })
     }
 
     fn is_still(&self) -> bool {
