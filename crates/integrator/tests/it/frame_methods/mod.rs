@@ -8,7 +8,6 @@ mod indirect;
 mod learnt;
 mod mixture;
 mod path_reuse;
-mod points;
 mod published;
 mod restir_pt;
 mod restir_volume;
