@@ -101,8 +101,8 @@ impl PathBudget {
 /// has so little variance, the one with the least, `J / (P + J)`.
 #[inline]
 fn interpolated(left: f32, variance: f32, moved: f32) -> f32 {
-    // Also where nothing varies.
-    if !(variance > left) {
+    // Also where nothing varies, and rounding has left less than nothing.
+    if !(variance > left.max(0.0)) {
         return 1.0;
     }
     // Products of `f32` neither overflow nor vanish.

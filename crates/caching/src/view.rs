@@ -1,7 +1,7 @@
 //! A read-only view of a cache.
 
 use super::published::CachedRadiance;
-use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
+use lightshed_spatial::{HashGrid, LevelGrid, SpatialIndex, SurfaceSite};
 
 /// The answers of a cache while its records may be changing: those of the last complete pass.
 #[derive(Clone, Copy)]
@@ -27,5 +27,22 @@ impl<'a> CacheView<'a> {
     pub fn query_jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> Option<&'a CachedRadiance> {
         self.query(&self.grid.cells.jittered(site, u))
             .or_else(|| self.query(site))
+    }
+
+    /// Which cell a site is in.
+    pub fn cells(&self) -> &'a LevelGrid {
+        &self.grid.cells
+    }
+
+    /// The words of the table's slots ([`CellTable::words`](lightshed_spatial::CellTable::words)).
+    /// With these, the [cells](Self::cells) and the [records](Self::records) a device answers as
+    /// this view does.
+    pub fn words(&self) -> impl Iterator<Item = u64> + 'a {
+        self.grid.table.words()
+    }
+
+    /// What is published in each slot of the table.
+    pub fn records(&self) -> &'a [CachedRadiance] {
+        self.published
     }
 }

@@ -53,6 +53,9 @@ var<storage, read_write> film: array<Pixel>;
 @group(2) @binding(7)
 var<storage, read> step: Step;
 
+@group(2) @binding(8)
+var<storage, read_write> budgets: array<package_lightshed__1path_budget_PathBudget>;
+
 fn total_paths() -> u32 {
     return package_memory_scene_settings.pixels * step.samples;
 }
@@ -75,6 +78,9 @@ fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package_memory_pixels__1pixel_block(pixel, sample_of(path), 0u));
     paths[path] = Path(ray, vec3f(1.0), 0.0, vec3f(0.0), package_bounce__1FROM_CAMERA, ray.origin, 1.0);
     queues[path] = path;
+    if package_memory__1radiance_cache__1HAS_CACHE {
+        budgets[path] = package_lightshed__1path_budget__1new_budget();
+    }
     if path == 0u {
         atomicStore(&counts[2], total_paths());
     }
@@ -140,6 +146,17 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     }
     let pixel = pixel_of(index);
     let sample = sample_of(index);
+    if package_memory__1radiance_cache__1HAS_CACHE {
+        let reached = package_cached_Reached(step.depth, path.throughput, path.ray.direction, path.start, path.bounce, path.pdf);
+        let end = package_cached__1end_at(budgets[index], reached, point, package_memory_pixels__1pixel_block(pixel, sample, package_cached__2FIRST_END_BLOCK + 2u * step.depth));
+        path.radiance += end.radiance;
+        if !(end.goes_on > 0.0) {
+            paths[index] = path;
+            return;
+        }
+        path.throughput = path.throughput * end.goes_on;
+        budgets[index] = end.budget;
+    }
     let words = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth);
     let more = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth + 1u);
     let wo = package_lightshed_frame__1to_local(point.shading, -path.ray.direction);
@@ -220,6 +237,68 @@ const package_bounce__1BY_DELTA: u32 = 2u;
 const package_bounce__1BY_DENSITY: u32 = 1u;
 
 const package_bounce__1FROM_CAMERA: u32 = 0u;
+
+struct package_cached_End {
+    radiance: vec3f,
+    goes_on: f32,
+    budget: package_lightshed__1path_budget_PathBudget
+}
+
+struct package_cached_Reached {
+    depth: u32,
+    throughput: vec3f,
+    direction: vec3f,
+    start: vec3f,
+    bounce: u32,
+    pdf: f32
+}
+
+const package_cached__1LEAST_ROUGHNESS: f32 = 0.4;
+
+fn package_cached__1end_at(before: package_lightshed__1path_budget_PathBudget, reached: package_cached_Reached, point: package_lightshed_surface_SurfacePoint, words: vec4u) -> package_cached_End {
+    let distance = package_lightshed_vector_length3(point.position - reached.start);
+    let cosine = -package_lightshed_vector_dot3(point.geometric_normal, reached.direction);
+    var budget = before;
+    if reached.depth == 1u {
+        budget = package_lightshed__1path_budget__1begin_spread(before, distance, cosine);
+    }
+    else if reached.bounce == package_bounce__1BY_DENSITY {
+        budget = package_lightshed__1path_budget__1extend_spread(before, distance, reached.pdf, cosine);
+    }
+    var factor = 1.0;
+    var u = package_lightshed_uniform__1unit_square(words.xy);
+    if package_memory__1radiance_cache__1cache_settings.survival < 1.0 && reached.depth > 1u {
+        if package_lightshed_uniform__2f32_from_u32(words.x) >= package_memory__1radiance_cache__1cache_settings.survival {
+            return package_cached_End(vec3f(0.0), 0.0, budget);
+        }
+        factor = 1.0 / package_memory__1radiance_cache__1cache_settings.survival;
+        u = package_lightshed_uniform__1unit_square(words.yz);
+    }
+    if !(package_lightshed_bsdf__1max_roughness(point.material) >= package_cached__1LEAST_ROUGHNESS) {
+        return package_cached_End(vec3f(0.0), factor, budget);
+    }
+    let normal = select(point.geometric_normal, -point.geometric_normal, cosine < 0.0);
+    let site = package_lightshed__1hash_grid_SurfaceSite(point.position, normal, package_lightshed_vector_length3(point.position - package_memory__1radiance_cache__1cache_settings.eye));
+    var known: package_lightshed__1radiance_cache_CachedRadiance;
+    if package_memory__1radiance_cache__1cache_settings.jitter != 0u {
+        known = package_lightshed__1radiance_cache__2cached_radiance_moved(package_memory__1radiance_cache__1cache_settings.grid, site, u);
+    }
+    else {
+        known = package_lightshed__1radiance_cache__1cached_radiance(package_memory__1radiance_cache__1cache_settings.grid, site);
+    }
+    if !(known.passes > 0.0) {
+        return package_cached_End(vec3f(0.0), factor, budget);
+    }
+    let throughput = reached.throughput * factor;
+    var ended = package_lightshed__1path_budget_prefixed(throughput, known);
+    if package_memory__1radiance_cache__1cache_settings.jitter == 0u {
+        ended.interpolation = 0.0;
+    }
+    let decided = package_lightshed__1path_budget__1budget_share(budget, package_memory__1radiance_cache__1cache_settings.rule, reached.depth, ended);
+    return package_cached_End((1.0 - decided.share) * throughput * known.radiance, decided.share * factor, decided.budget);
+}
+
+const package_cached__2FIRST_END_BLOCK: u32 = 536870912u;
 
 struct package_guided_Scattering {
     sample: package_lightshed_bsdf_BsdfSample,
@@ -349,7 +428,302 @@ fn package_lightshed__1guiding_field__1no_guidance() -> package_lightshed__1guid
     return package_lightshed__1guiding_field_Guidance(package_lightshed_quadtree_Quadtree(0u, 1u, vec2u(0u)), vec3f(0.0), 0.0);
 }
 
+struct package_lightshed__1hash_grid_CellKey {
+    some: bool,
+    bits: vec2u
+}
+
+const package_lightshed__1hash_grid_LEVELS: u32 = 32u;
+
+const package_lightshed__1hash_grid_LINE: u32 = 8u;
+
+const package_lightshed__1hash_grid_LINES: u32 = 4u;
+
+struct package_lightshed__1hash_grid_LevelGrid {
+    per_length: vec2u,
+    cell: f32,
+    per_distance: f32,
+    faces: u32,
+    last_line: u32,
+    padding0: u32,
+    padding1: u32
+}
+
+struct package_lightshed__1hash_grid_SurfaceSite {
+    position: vec3f,
+    normal: vec3f,
+    eye_distance: f32
+}
+
+const package_lightshed__1hash_grid__1LARGEST_PLACE: vec2u = vec2u(0u, 1090519024u);
+
+const package_lightshed__1hash_grid__1NO_FACE: u32 = 6u;
+
+fn package_lightshed__1hash_grid__1cell_face(grid: package_lightshed__1hash_grid_LevelGrid, normal: vec3f) -> u32 {
+    let bits = bitcast<vec3u>(normal);
+    let size = bits & vec3u(2147483647u);
+    let has_length = any(size > vec3u(436207616u)) && all(size <= vec3u(2139095040u));
+    if grid.faces == 0u || !has_length {
+        return package_lightshed__1hash_grid__1NO_FACE;
+    }
+    if size.x >= size.y && size.x >= size.z {
+        return bits.x >> 31u;
+    }
+    if size.y >= size.z {
+        return 2u + (bits.y >> 31u);
+    }
+    return 4u + (bits.z >> 31u);
+}
+
+fn package_lightshed__1hash_grid__1cell_level(grid: package_lightshed__1hash_grid_LevelGrid, eye_distance: f32) -> u32 {
+    let sides = eye_distance * grid.per_distance;
+    if sides > 1.0 {
+        return min((bitcast<u32>(sides) >> 23u) - 127u, package_lightshed__1hash_grid_LEVELS - 1u);
+    }
+    return 0u;
+}
+
+fn package_lightshed__1hash_grid__1cell_slot(grid: package_lightshed__1hash_grid_LevelGrid, bits: vec2u) -> u32 {
+    let word = package_lightshed__1hash_grid__1cell_word(bits);
+    for (var next = 0u; next < package_lightshed__1hash_grid_LINES; next++) {
+        let first = package_lightshed__1hash_grid_LINE * ((word.x + next) & grid.last_line);
+        for (var slot = first; slot < first + package_lightshed__1hash_grid_LINE; slot++) {
+            if all(package_memory__1radiance_cache__2load_cell_word(slot) == word) {
+                return slot;
+            }
+        }
+    }
+    return package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed__1hash_grid__1cell_word(bits: vec2u) -> vec2u {
+    var x = vec2u(bits.x, bits.y | 1073741824u);
+    x.x ^= x.y;
+    x = package_lightshed_wide__1wide_multiply(x, vec2u(1717173651u, 3605593784u)) & vec2u(4294967295u, 2147483647u);
+    x.x ^= x.y;
+    x = package_lightshed_wide__1wide_multiply(x, vec2u(2025677871u, 2692095332u)) & vec2u(4294967295u, 2147483647u);
+    return vec2u(x.x ^ x.y, x.y | 2147483648u);
+}
+
+fn package_lightshed__1hash_grid__1floor_of(a: vec2u) -> i32 {
+    let exponent = package_lightshed_double__1biased_exponent(a) - 1023;
+    let negative = (a.y >> 31u) != 0u;
+    if exponent < 0 {
+        return select(0, -1, negative && any(package_lightshed_double__1double_abs(a) != vec2u(0u)));
+    }
+    let bits = package_lightshed_double_significand(a);
+    let down = u32(52 - exponent);
+    let whole = package_lightshed_wide__2wide_shift_right(bits, down);
+    let has_rest = any(package_lightshed_wide__2wide_shift_left(whole, down) != bits);
+    return select(i32(whole.x), -i32(whole.x) - select(0, 1, has_rest), negative);
+}
+
+fn package_lightshed__1hash_grid__1moved_site(grid: package_lightshed__1hash_grid_LevelGrid, site: package_lightshed__1hash_grid_SurfaceSite, u: vec2f) -> package_lightshed__1hash_grid_SurfaceSite {
+    if all((bitcast<vec3u>(site.normal) & vec3u(2147483647u)) == vec3u(0u)) {
+        return site;
+    }
+    let side = grid.cell * f32(1u << package_lightshed__1hash_grid__1cell_level(grid, site.eye_distance));
+    let frame = package_lightshed_frame__2frame_from_normal(site.normal);
+    let by = (u - vec2f(0.5)) * side;
+    return package_lightshed__1hash_grid_SurfaceSite(site.position + frame.tangent * by.x + frame.bitangent * by.y, site.normal, site.eye_distance);
+}
+
+fn package_lightshed__1hash_grid__1site_key(grid: package_lightshed__1hash_grid_LevelGrid, site: package_lightshed__1hash_grid_SurfaceSite) -> package_lightshed__1hash_grid_CellKey {
+    var x = package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_f32(site.position.x), grid.per_length);
+    var y = package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_f32(site.position.y), grid.per_length);
+    var z = package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_f32(site.position.z), grid.per_length);
+    if !(package_lightshed_double__2double_is_finite(x) && package_lightshed_double__2double_is_finite(y) && package_lightshed_double__2double_is_finite(z)) {
+        return package_lightshed__1hash_grid_CellKey(false, vec2u(0u));
+    }
+    var level = package_lightshed__1hash_grid__1cell_level(grid, site.eye_distance);
+    var down = level;
+    loop {
+        x = package_lightshed__1hash_grid_halved(x, down);
+        y = package_lightshed__1hash_grid_halved(y, down);
+        z = package_lightshed__1hash_grid_halved(z, down);
+        down = 1u;
+        let within = package_lightshed_double__1double_less(package_lightshed_double__1double_abs(x), package_lightshed__1hash_grid__1LARGEST_PLACE) && package_lightshed_double__1double_less(package_lightshed_double__1double_abs(y), package_lightshed__1hash_grid__1LARGEST_PLACE) && package_lightshed_double__1double_less(package_lightshed_double__1double_abs(z), package_lightshed__1hash_grid__1LARGEST_PLACE);
+        if within {
+            break;
+        }
+        level++;
+        if level >= package_lightshed__1hash_grid_LEVELS {
+            return package_lightshed__1hash_grid_CellKey(false, vec2u(0u));
+        }
+    }
+    let place = vec3u(u32(package_lightshed__1hash_grid__1floor_of(x)), u32(package_lightshed__1hash_grid__1floor_of(y)), u32(package_lightshed__1hash_grid__1floor_of(z))) & vec3u(262143u);
+    let rest = level | (package_lightshed__1hash_grid__1cell_face(grid, site.normal) << 5u);
+    return package_lightshed__1hash_grid_CellKey(true, vec2u(place.x | (place.y << 18u), (place.y >> 14u) | (place.z << 4u) | (rest << 22u)));
+}
+
+fn package_lightshed__1hash_grid__1site_slot(grid: package_lightshed__1hash_grid_LevelGrid, site: package_lightshed__1hash_grid_SurfaceSite) -> u32 {
+    let key = package_lightshed__1hash_grid__1site_key(grid, site);
+    if !key.some {
+        return package_lightshed_ray_NOTHING;
+    }
+    return package_lightshed__1hash_grid__1cell_slot(grid, key.bits);
+}
+
+fn package_lightshed__1hash_grid_halved(a: vec2u, down: u32) -> vec2u {
+    return select(vec2u(a.x, a.y - (down << 20u)), a, all(package_lightshed_double__1double_abs(a) == vec2u(0u)));
+}
+
+struct package_lightshed__1path_budget_BudgetShare {
+    budget: package_lightshed__1path_budget_PathBudget,
+    share: f32
+}
+
+struct package_lightshed__1path_budget_PathBudget {
+    variance: f32,
+    limit: f32,
+    root: f32,
+    footprint: f32,
+    state: u32
+}
+
+struct package_lightshed__1path_budget_Prefixed {
+    brightness: f32,
+    variance: f32,
+    bias_squared: f32,
+    deferred_bias_squared: f32,
+    interpolation: f32
+}
+
+struct package_lightshed__1path_budget_Termination {
+    rule: u32,
+    depth: u32,
+    number: f32,
+    margin: f32,
+    most_deferred: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+const package_lightshed__1path_budget__1END_FIXED: u32 = 0u;
+
+const package_lightshed__1path_budget__1END_MSE: u32 = 4u;
+
+const package_lightshed__1path_budget__1END_SPREAD: u32 = 1u;
+
+const package_lightshed__1path_budget__1HAS_LIMIT: u32 = 1u;
+
+const package_lightshed__1path_budget__1IS_ENDING: u32 = 2u;
+
+fn package_lightshed__1path_budget__1begin_spread(budget: package_lightshed__1path_budget_PathBudget, distance: f32, cos_theta: f32) -> package_lightshed__1path_budget_PathBudget {
+    return package_lightshed__1path_budget_PathBudget(budget.variance, budget.limit, 0.0, distance * distance / (12.566371 * abs(cos_theta)), budget.state);
+}
+
+fn package_lightshed__1path_budget__1budget_share(before: package_lightshed__1path_budget_PathBudget, rule: package_lightshed__1path_budget_Termination, depth: u32, at: package_lightshed__1path_budget_Prefixed) -> package_lightshed__1path_budget_BudgetShare {
+    var budget = before;
+    if (budget.state & package_lightshed__1path_budget__1IS_ENDING) != 0u {
+        return package_lightshed__1path_budget_BudgetShare(budget, 0.0);
+    }
+    var share = 1.0;
+    if rule.rule == package_lightshed__1path_budget__1END_FIXED {
+        share = select(0.0, 1.0, depth < rule.depth);
+    }
+    else if rule.rule == package_lightshed__1path_budget__1END_SPREAD {
+        share = select(1.0, 0.0, budget.root * budget.root > rule.number * budget.footprint);
+    }
+    else if rule.rule == package_lightshed__1path_budget__1END_MSE {
+        let deferred = min(at.deferred_bias_squared, rule.most_deferred * at.bias_squared);
+        let here = budget.variance / rule.number + at.bias_squared;
+        let further = (budget.variance + at.variance) / rule.number + deferred;
+        share = select(1.0, 0.0, rule.margin * here < further);
+    }
+    else {
+        var moved = 0.0;
+        if (budget.state & package_lightshed__1path_budget__1HAS_LIMIT) == 0u {
+            moved = at.interpolation;
+            budget.limit = rule.number;
+            if rule.rule == package_lightshed__1path_budget__2END_RELATIVE_VARIANCE {
+                budget.limit = rule.number * at.brightness * at.brightness;
+            }
+            budget.state |= package_lightshed__1path_budget__1HAS_LIMIT;
+        }
+        share = package_lightshed__1path_budget__1interpolated_share(budget.limit - budget.variance, at.variance, moved);
+    }
+    budget.variance += at.variance;
+    if share < 1.0 {
+        budget.state |= package_lightshed__1path_budget__1IS_ENDING;
+    }
+    return package_lightshed__1path_budget_BudgetShare(budget, share);
+}
+
+fn package_lightshed__1path_budget__1extend_spread(budget: package_lightshed__1path_budget_PathBudget, distance: f32, pdf: f32, cos_theta: f32) -> package_lightshed__1path_budget_PathBudget {
+    let density = pdf * abs(cos_theta);
+    var root = budget.root;
+    if density <= package_lightshed_float__1F32_MAX {
+        root += distance / sqrt(density);
+    }
+    return package_lightshed__1path_budget_PathBudget(budget.variance, budget.limit, root, budget.footprint, budget.state);
+}
+
+fn package_lightshed__1path_budget__1interpolated_share(left: f32, variance: f32, moved: f32) -> f32 {
+    if !(variance > max(left, 0.0)) {
+        return 1.0;
+    }
+    let step = package_lightshed_double__2double_from_f32(variance);
+    let moving = package_lightshed_double__2double_from_f32(moved);
+    let together = package_lightshed_double__1double_add(step, moving);
+    let bound = package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_f32(left), together);
+    var spare = package_lightshed_double__1double_subtract(bound, package_lightshed_double__1double_multiply(step, moving));
+    if !package_lightshed_double__1double_less(package_lightshed_double_ZERO, spare) {
+        spare = package_lightshed_double_ZERO;
+    }
+    let share = package_lightshed_double__1double_divide(package_lightshed_double__1double_add(moving, package_lightshed_double__1double_sqrt(spare)), together);
+    if package_lightshed_double__1double_less(package_lightshed_double_ONE, share) {
+        return 1.0;
+    }
+    return package_lightshed_double__2double_to_f32(share);
+}
+
+fn package_lightshed__1path_budget__1new_budget() -> package_lightshed__1path_budget_PathBudget {
+    return package_lightshed__1path_budget_PathBudget(0.0, 0.0, 0.0, 0.0, 0u);
+}
+
+fn package_lightshed__1path_budget__1prefixed_square(throughput: vec3f, deviation: vec3f) -> f32 {
+    let luminance = package_lightshed_vector_dot3(package_lightshed__1path_budget_weights(abs(throughput)), deviation);
+    return luminance * luminance;
+}
+
+const package_lightshed__1path_budget__2END_RELATIVE_VARIANCE: u32 = 3u;
+
+fn package_lightshed__1path_budget_prefixed(throughput: vec3f, record: package_lightshed__1radiance_cache_CachedRadiance) -> package_lightshed__1path_budget_Prefixed {
+    return package_lightshed__1path_budget_Prefixed(package_lightshed_vector_dot3(package_lightshed__1path_budget_weights(throughput), record.radiance), package_lightshed__1path_budget__1prefixed_square(throughput, record.deviation), package_lightshed__1path_budget__1prefixed_square(throughput, record.bias), package_lightshed__1path_budget__1prefixed_square(throughput, record.deferred_bias), package_lightshed__1path_budget__1prefixed_square(throughput, record.interpolation));
+}
+
+fn package_lightshed__1path_budget_weights(throughput: vec3f) -> vec3f {
+    return min(package_lightshed_color_LUMINANCE * throughput, vec3f(package_lightshed_float__1F32_MAX));
+}
+
 const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
+
+struct package_lightshed__1radiance_cache_CachedRadiance {
+    radiance: vec3f,
+    deviation: vec3f,
+    bias: vec3f,
+    deferred_bias: vec3f,
+    interpolation: vec3f,
+    passes: f32
+}
+
+fn package_lightshed__1radiance_cache__1cached_radiance(grid: package_lightshed__1hash_grid_LevelGrid, site: package_lightshed__1hash_grid_SurfaceSite) -> package_lightshed__1radiance_cache_CachedRadiance {
+    let slot = package_lightshed__1hash_grid__1site_slot(grid, site);
+    if slot == package_lightshed_ray_NOTHING {
+        return package_lightshed__1radiance_cache_CachedRadiance(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0);
+    }
+    return package_memory__1radiance_cache__2load_cached_radiance(slot);
+}
+
+fn package_lightshed__1radiance_cache__2cached_radiance_moved(grid: package_lightshed__1hash_grid_LevelGrid, site: package_lightshed__1hash_grid_SurfaceSite, u: vec2f) -> package_lightshed__1radiance_cache_CachedRadiance {
+    let moved = package_lightshed__1radiance_cache__1cached_radiance(grid, package_lightshed__1hash_grid__1moved_site(grid, site, u));
+    if moved.passes > 0.0 {
+        return moved;
+    }
+    return package_lightshed__1radiance_cache__1cached_radiance(grid, site);
+}
 
 struct package_lightshed_alias_AliasEntry {
     threshold: u32,
@@ -433,6 +807,16 @@ fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_Ma
         }
     }
     return component;
+}
+
+fn package_lightshed_bsdf__1component_roughness(component: package_lightshed_bsdf_Component, lobe: u32) -> f32 {
+    if component.kind == package_lightshed_bsdf_DIFFUSE || (package_lightshed_bsdf__1is_plastic(component) && lobe == 1u) {
+        return 1.0;
+    }
+    if package_lightshed_bsdf__1is_delta(component) || component.kind == package_lightshed_bsdf_PLASTIC {
+        return 0.0;
+    }
+    return min(min(component.alpha_u, component.alpha_v), 1.0);
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
@@ -549,6 +933,16 @@ fn package_lightshed_bsdf__1lobe_probabilities(component: package_lightshed_bsdf
         return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * component.eta.y);
     }
     return vec2f(1.0, 0.0);
+}
+
+fn package_lightshed_bsdf__1max_roughness(material: package_lightshed_material_MaterialAt) -> f32 {
+    let rows = package_memory_scene__1load_material(material.index);
+    var widest = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_memory_scene__1load_component(rows.x + i);
+        widest = max(widest, package_lightshed_bsdf__1component_roughness(component, package_lightshed_bsdf__1lobe_count(component) - 1u));
+    }
+    return widest;
 }
 
 fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
@@ -768,6 +1162,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
 struct package_lightshed_cwbvh_BoxRay {
     origin: vec3f,
     inverse: vec3f,
@@ -959,6 +1355,242 @@ fn package_lightshed_dielectric__1two_way(a: f32, b: f32) -> vec2f {
         return vec2f(first, 1.0 - first);
     }
     return vec2f(0.0);
+}
+
+const package_lightshed_double_INFINITE: u32 = 2146435072u;
+
+const package_lightshed_double_NAN: vec2u = vec2u(0u, 2146959360u);
+
+const package_lightshed_double_ONE: vec2u = vec2u(0u, 1072693248u);
+
+const package_lightshed_double_SIGN: u32 = 2147483648u;
+
+const package_lightshed_double_ZERO: vec2u = vec2u(0u, 0u);
+
+fn package_lightshed_double__1biased_exponent(a: vec2u) -> i32 {
+    return i32((a.y >> 20u) & 2047u);
+}
+
+fn package_lightshed_double__1double_abs(a: vec2u) -> vec2u {
+    return a & vec2u(4294967295u, 2147483647u);
+}
+
+fn package_lightshed_double__1double_add(a: vec2u, b: vec2u) -> vec2u {
+    let exchanged = package_lightshed_wide__1wide_less(package_lightshed_double__1double_abs(a), package_lightshed_double__1double_abs(b));
+    let large = select(a, b, exchanged);
+    let small = select(b, a, exchanged);
+    let opposite = ((large.y ^ small.y) & package_lightshed_double_SIGN) != 0u;
+    if !package_lightshed_double__2double_is_finite(large) {
+        return select(large, package_lightshed_double_NAN, package_lightshed_double__2double_is_nan(large) || (opposite && !package_lightshed_double__2double_is_finite(small)));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(large);
+    let apart = u32(exponent - package_lightshed_double__1biased_exponent(small));
+    let high = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(large), 10u);
+    var low = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(small), 10u);
+    if apart > 63u {
+        low = vec2u(select(0u, 1u, (low.x | low.y) != 0u), 0u);
+    }
+    else {
+        let shifted = package_lightshed_wide__2wide_shift_right(low, apart);
+        let back = package_lightshed_wide__2wide_shift_left(shifted, apart);
+        low = vec2u(shifted.x | select(0u, 1u, any(back != low)), shifted.y);
+    }
+    let sum = package_lightshed_wide__1wide_add(high, select(low, package_lightshed_wide__1wide_negate(low), opposite));
+    let zeros = package_lightshed_wide__2wide_leading_zeros(sum);
+    if zeros == 64u {
+        return vec2u(0u, large.y & small.y & package_lightshed_double_SIGN);
+    }
+    return package_lightshed_double_rounded(large.y & package_lightshed_double_SIGN, exponent + 1 - i32(zeros), package_lightshed_wide__2wide_shift_left(sum, zeros));
+}
+
+fn package_lightshed_double__1double_divide(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    var p = package_lightshed_double_significand(a);
+    let q = package_lightshed_double_significand(b);
+    let a_finite = package_lightshed_double__2double_is_finite(a);
+    let b_finite = package_lightshed_double__2double_is_finite(b);
+    if !a_finite || !b_finite || p.y == 0u || q.y == 0u {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || (a_finite == b_finite && (!a_finite || p.y == q.y));
+        let infinite = b_finite && (!a_finite || q.y == 0u);
+        return select(vec2u(0u, sign | select(0u, package_lightshed_double_INFINITE, infinite)), package_lightshed_double_NAN, none);
+    }
+    var exponent = package_lightshed_double__1biased_exponent(a) - package_lightshed_double__1biased_exponent(b) + 1023;
+    if package_lightshed_wide__1wide_less(p, q) {
+        p = package_lightshed_wide__2wide_shift_left(p, 1u);
+        exponent -= 1;
+    }
+    let scale = 262144.0 / (f32(q.y) * 4294967296.0 + f32(q.x));
+    let first = package_lightshed_double__1eighteen_bits(package_lightshed_wide__1wide_subtract(p, q), q, scale);
+    let second = package_lightshed_double__1eighteen_bits(first.xy, q, scale);
+    let third = package_lightshed_double__1eighteen_bits(second.xy, q, scale);
+    let quotient = vec2u(((second.z & 31u) << 27u) | (third.z << 9u) | select(0u, 1u, (third.x | third.y) != 0u), package_lightshed_double_SIGN | (first.z << 13u) | (second.z >> 5u));
+    return package_lightshed_double_rounded(sign, exponent, quotient);
+}
+
+fn package_lightshed_double__1double_less(a: vec2u, b: vec2u) -> bool {
+    if package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || all(package_lightshed_double__1double_abs(a | b) == vec2u(0u)) {
+        return false;
+    }
+    let a_negative = a.y >= package_lightshed_double_SIGN;
+    let b_negative = b.y >= package_lightshed_double_SIGN;
+    if a_negative != b_negative {
+        return a_negative;
+    }
+    return select(package_lightshed_wide__1wide_less(a, b), package_lightshed_wide__1wide_less(b, a), a_negative);
+}
+
+fn package_lightshed_double__1double_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    let p = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(a), 11u);
+    let q = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(b), 11u);
+    if !package_lightshed_double__2double_is_finite(a) || !package_lightshed_double__2double_is_finite(b) {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || p.y == 0u || q.y == 0u;
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, none);
+    }
+    if p.y == 0u || q.y == 0u {
+        return vec2u(0u, sign);
+    }
+    let low = package_lightshed_wide__1wide_product(p.x, q.x);
+    let cross = package_lightshed_wide__1wide_product(p.x, q.y);
+    let other = package_lightshed_wide__1wide_product(p.y, q.x);
+    let high = package_lightshed_wide__1wide_product(p.y, q.y);
+    let middle = package_lightshed_wide__1wide_add(vec2u(low.y, 0u), cross);
+    let middle_sum = package_lightshed_wide__1wide_add(middle, other);
+    let carry = select(0u, 1u, package_lightshed_wide__1wide_less(middle_sum, other));
+    var product = package_lightshed_wide__1wide_add(high, vec2u(middle_sum.y, carry));
+    let rest = (low.x | middle_sum.x) != 0u;
+    var exponent = package_lightshed_double__1biased_exponent(a) + package_lightshed_double__1biased_exponent(b) - 1022;
+    if product.y < package_lightshed_double_SIGN {
+        product = package_lightshed_wide__2wide_shift_left(product, 1u);
+        exponent -= 1;
+    }
+    return package_lightshed_double_rounded(sign, exponent, vec2u(product.x | select(0u, 1u, rest), product.y));
+}
+
+fn package_lightshed_double__1double_negate(a: vec2u) -> vec2u {
+    return a ^ vec2u(0u, package_lightshed_double_SIGN);
+}
+
+fn package_lightshed_double__1double_sqrt(a: vec2u) -> vec2u {
+    if all(package_lightshed_double__1double_abs(a) == vec2u(0u)) || (a.y & package_lightshed_double_INFINITE) == 0u {
+        return vec2u(0u, a.y & package_lightshed_double_SIGN);
+    }
+    if a.y >= package_lightshed_double_SIGN || !package_lightshed_double__2double_is_finite(a) {
+        return select(a, package_lightshed_double_NAN, a.y >= package_lightshed_double_SIGN || package_lightshed_double__2double_is_nan(a));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(a) - 1023;
+    let odd = exponent & 1;
+    var pairs = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(a), 10u + u32(odd));
+    var root = vec2u(0u);
+    var rest = vec2u(0u);
+    for (var k = 0u; k < 55u; k++) {
+        rest = package_lightshed_wide__2wide_shift_left(rest, 2u);
+        rest.x |= pairs.y >> 30u;
+        pairs = package_lightshed_wide__2wide_shift_left(pairs, 2u);
+        var trial = package_lightshed_wide__2wide_shift_left(root, 2u);
+        trial.x |= 1u;
+        root = package_lightshed_wide__2wide_shift_left(root, 1u);
+        if !package_lightshed_wide__1wide_less(rest, trial) {
+            rest = package_lightshed_wide__1wide_subtract(rest, trial);
+            root.x |= 1u;
+        }
+    }
+    let bits = package_lightshed_wide__2wide_shift_left(root, 9u);
+    let inexact = select(0u, 1u, any(rest != vec2u(0u)));
+    return package_lightshed_double_rounded(0u, (exponent - odd) / 2 + 1023, vec2u(bits.x | inexact, bits.y));
+}
+
+fn package_lightshed_double__1double_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return package_lightshed_double__1double_add(a, package_lightshed_double__1double_negate(b));
+}
+
+fn package_lightshed_double__1eighteen_bits(rest: vec2u, by: vec2u, scale: f32) -> vec3u {
+    var bits = u32((f32(rest.y) * 4294967296.0 + f32(rest.x)) * scale);
+    let taken = package_lightshed_wide__1wide_product(bits, by.x);
+    var left = package_lightshed_wide__1wide_subtract(package_lightshed_wide__2wide_shift_left(rest, 18u), vec2u(taken.x, taken.y + bits * by.y));
+    if left.y >= package_lightshed_double_SIGN {
+        left = package_lightshed_wide__1wide_add(left, by);
+        bits -= 1u;
+    }
+    else if !package_lightshed_wide__1wide_less(left, by) {
+        left = package_lightshed_wide__1wide_subtract(left, by);
+        bits += 1u;
+    }
+    return vec3u(left, bits);
+}
+
+fn package_lightshed_double__2double_from_f32(x: f32) -> vec2u {
+    return package_lightshed_double__3double_from_f32_bits(bitcast<u32>(x));
+}
+
+fn package_lightshed_double__2double_is_finite(a: vec2u) -> bool {
+    return (a.y & package_lightshed_double_INFINITE) != package_lightshed_double_INFINITE;
+}
+
+fn package_lightshed_double__2double_is_nan(a: vec2u) -> bool {
+    return package_lightshed_wide__1wide_less(vec2u(0u, package_lightshed_double_INFINITE), package_lightshed_double__1double_abs(a));
+}
+
+fn package_lightshed_double__2double_to_f32(a: vec2u) -> f32 {
+    return bitcast<f32>(package_lightshed_double__3double_to_f32_bits(a));
+}
+
+fn package_lightshed_double__3double_from_f32_bits(bits: u32) -> vec2u {
+    let sign = bits & package_lightshed_double_SIGN;
+    let exponent = (bits >> 23u) & 255u;
+    let fraction = bits & 8388607u;
+    if exponent == 255u {
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, fraction != 0u);
+    }
+    if exponent == 0u {
+        if fraction == 0u {
+            return vec2u(0u, sign);
+        }
+        let up = countLeadingZeros(fraction) - 8u;
+        let whole = (fraction << up) & 8388607u;
+        return vec2u(whole << 29u, sign | ((897u - up) << 20u) | (whole >> 3u));
+    }
+    return vec2u(fraction << 29u, sign | ((exponent + 896u) << 20u) | (fraction >> 3u));
+}
+
+fn package_lightshed_double__3double_to_f32_bits(a: vec2u) -> u32 {
+    let sign = a.y & package_lightshed_double_SIGN;
+    if !package_lightshed_double__2double_is_finite(a) {
+        return select(sign | 2139095040u, 2143289344u, package_lightshed_double__2double_is_nan(a));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(a) - 896;
+    if exponent < -24 {
+        return sign;
+    }
+    if exponent > 254 {
+        return sign | 2139095040u;
+    }
+    let bits = package_lightshed_double_significand(a);
+    let down = u32(select(29, 30 - exponent, exponent < 1));
+    let kept = package_lightshed_wide__2wide_shift_right(bits, down).x;
+    let rest = package_lightshed_wide__2wide_shift_left(bits, 64u - down);
+    let half = vec2u(0u, package_lightshed_double_SIGN);
+    let up = package_lightshed_wide__1wide_less(half, rest) || (all(rest == half) && (kept & 1u) == 1u);
+    return sign | ((u32(max(exponent - 1, 0)) << 23u) + kept + select(0u, 1u, up));
+}
+
+fn package_lightshed_double_rounded(sign: u32, exponent: i32, bits: vec2u) -> vec2u {
+    if exponent <= 0 {
+        return vec2u(0u, sign);
+    }
+    if exponent >= 2047 {
+        return vec2u(0u, sign | package_lightshed_double_INFINITE);
+    }
+    let rest = bits.x & 2047u;
+    let kept = package_lightshed_wide__2wide_shift_right(bits, 11u);
+    let up = rest > 1024u || (rest == 1024u && (kept.x & 1u) == 1u);
+    let sum = package_lightshed_wide__1wide_add(vec2u(kept.x, kept.y + (u32(exponent - 1) << 20u)), vec2u(select(0u, 1u, up), 0u));
+    return vec2u(sum.x, sum.y | sign);
+}
+
+fn package_lightshed_double_significand(a: vec2u) -> vec2u {
+    let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
+    return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
 }
 
 struct package_lightshed_emitter_Aim {
@@ -2200,6 +2832,24 @@ fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     return vec3f(radius * xy.x, radius * xy.y, radius);
 }
 
+fn package_lightshed_wide__1wide_add(a: vec2u, b: vec2u) -> vec2u {
+    let low = a.x + b.x;
+    return vec2u(low, a.y + b.y + select(0u, 1u, low < a.x));
+}
+
+fn package_lightshed_wide__1wide_less(a: vec2u, b: vec2u) -> bool {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+}
+
+fn package_lightshed_wide__1wide_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(a.x, b.x);
+    return vec2u(low.x, low.y + a.x * b.y + a.y * b.x);
+}
+
+fn package_lightshed_wide__1wide_negate(a: vec2u) -> vec2u {
+    return package_lightshed_wide__1wide_subtract(vec2u(0u), a);
+}
+
 fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let a_low = a & 65535u;
     let a_high = a >> 16u;
@@ -2209,6 +2859,66 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let middle = a_high * b_low + (low >> 16u);
     let other = a_low * b_high + (middle & 65535u);
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
+
+fn package_lightshed_wide__1wide_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return vec2u(a.x - b.x, a.y - b.y - select(0u, 1u, a.x < b.x));
+}
+
+fn package_lightshed_wide__2wide_leading_zeros(a: vec2u) -> u32 {
+    return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
+}
+
+fn package_lightshed_wide__2wide_shift_left(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.x >> 1u) >> (31u - bits);
+    let shifted = vec2u(a.x << bits, (a.y << bits) | carried);
+    return select(shifted, vec2u(0u, shifted.x), by > 31u);
+}
+
+fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.y << 1u) << (31u - bits);
+    let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
+    return select(shifted, vec2u(shifted.y, 0u), by > 31u);
+}
+
+struct package_memory__1radiance_cache_CacheRow {
+    a: vec4f,
+    b: vec4f,
+    c: vec4f,
+    d: vec4f
+}
+
+struct package_memory__1radiance_cache_CacheSettings {
+    grid: package_lightshed__1hash_grid_LevelGrid,
+    rule: package_lightshed__1path_budget_Termination,
+    eye: vec3f,
+    survival: f32,
+    jitter: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+override package_memory__1radiance_cache__1HAS_CACHE: bool = true;
+
+@group(1) @binding(24)
+var<storage, read> package_memory__1radiance_cache__1cache_records: array<package_memory__1radiance_cache_CacheRow>;
+
+@group(1) @binding(22)
+var<storage, read> package_memory__1radiance_cache__1cache_settings: package_memory__1radiance_cache_CacheSettings;
+
+@group(1) @binding(23)
+var<storage, read> package_memory__1radiance_cache__1cell_words: array<vec2u>;
+
+fn package_memory__1radiance_cache__2load_cached_radiance(slot: u32) -> package_lightshed__1radiance_cache_CachedRadiance {
+    let row = package_memory__1radiance_cache__1cache_records[slot];
+    return package_lightshed__1radiance_cache_CachedRadiance(row.a.xyz, vec3f(row.a.w, row.b.xy), vec3f(row.b.zw, row.c.x), row.c.yzw, row.d.xyz, row.d.w);
+}
+
+fn package_memory__1radiance_cache__2load_cell_word(slot: u32) -> vec2u {
+    return package_memory__1radiance_cache__1cell_words[slot];
 }
 
 override package_memory_guide__1HAS_GUIDE: bool = true;

@@ -2,11 +2,12 @@
 
 use crate::GpuError;
 use crate::GpuGuidedPaths;
+use crate::cached::check_cache;
 use crate::guided::check_guide;
 use crate::mixture::check_sets;
 use lightshed_integrator::{
-    GuidedPathsOptions, LightChoosing, LightcutOptions, METHODS, Method, MixtureOptions, RestirDiSettings,
-    RestirPtOptions, RestirVolumeOptions, VplGridOptions,
+    CachedPathsOptions, GuidedPathsOptions, LightChoosing, LightcutOptions, METHODS, Method, MixtureOptions,
+    RestirDiSettings, RestirPtOptions, RestirVolumeOptions, VplGridOptions,
 };
 use lightshed_scene::Scene;
 
@@ -16,6 +17,7 @@ use lightshed_scene::Scene;
 pub(crate) enum Asked {
     Paths,
     GuidedPaths(GuidedPathsOptions),
+    CachedPaths(CachedPathsOptions),
     VolumePaths,
     RestirVolume(RestirVolumeOptions),
     DirectByTree {
@@ -72,9 +74,15 @@ const ON_DEVICE: [(&str, Ask); 9] = [
     }),
 ];
 
-fn paths(method: &Method, _: &Scene) -> Result<Asked, GpuError> {
+fn paths(method: &Method, scene: &Scene) -> Result<Asked, GpuError> {
     let values = method.values();
-    Ok(match values.guided_paths() {
+    let guide = values.guided_paths();
+    if let Some(options) = values.cached_paths(scene) {
+        let options = CachedPathsOptions { guide, ..options };
+        check_cache(&options)?;
+        return Ok(Asked::CachedPaths(options));
+    }
+    Ok(match guide {
         Some(options) => Asked::GuidedPaths(GuidedPathsOptions {
             training: values.guide_training_given().unwrap_or(GpuGuidedPaths::TRAINING),
             ..options

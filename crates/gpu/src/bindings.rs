@@ -1,7 +1,8 @@
 //! Bindings of programs: every binding has one number, one name and one meaning.
 //!
-//! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid, guide or
-//! light cache (each with its own numbers) in group 1, and the buffers of a method in group 2.
+//! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid, guide,
+//! light cache or radiance cache (each with its own numbers) in group 1, and the buffers
+//! of a method in group 2.
 //! Programs without a scene have everything in group 0. A test compares these tables with the
 //! linked shaders, names included.
 
@@ -136,6 +137,14 @@ bindings!(
 );
 
 bindings!(
+    /// A cache of radiance in which paths end.
+    RadianceCacheBindings, 1, 22,
+    cache_settings: Read,
+    cell_words: Read,
+    cache_records: Read,
+);
+
+bindings!(
     /// Of methods whose memory is an image.
     ImageBindings, 2, 0,
     settings: Read,
@@ -154,6 +163,7 @@ bindings!(
     counts: Write,
     film: Write,
     step: Read,
+    budgets: Write,
 );
 
 bindings!(

@@ -2,8 +2,8 @@
 
 use crate::asked::Asked;
 use crate::{
-    Gpu, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture, GpuPathTracer,
-    GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    Gpu, GpuCachedPaths, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture,
+    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{LightChoosing, LightSelection, Method};
 use lightshed_scene::Scene;
@@ -59,6 +59,7 @@ impl<'a> GpuStage<'a> {
             Asked::GuidedPaths(options) => {
                 Box::new(GpuGuidedPaths::with_options(gpu, scene, on_device, options)?)
             }
+            Asked::CachedPaths(options) => Box::new(GpuCachedPaths::new(gpu, scene, on_device, options)?),
             Asked::VolumePaths => Box::new(GpuVolumePathTracer::new(gpu, on_device)?),
             Asked::RestirVolume(options) => Box::new(GpuRestirVolume::new(gpu, on_device, options)?),
             Asked::DirectByTree { samples } => Box::new(GpuDirectLight::new(gpu, on_device, samples, 1)?),

@@ -1,13 +1,17 @@
 //! Path tracing on the device.
 
-use crate::bindings::{BoundGroup, GuideBindings, OctreeBindings, SceneBindings, Table, WavefrontBindings};
+use crate::bindings::{
+    BoundGroup, GuideBindings, OctreeBindings, RadianceCacheBindings, SceneBindings, Table, WavefrontBindings,
+};
 use crate::guide::GuideMemory;
 use crate::image::PixelSums;
 use crate::programs::PATH;
+use crate::radiance_cache::CacheMemory;
 use crate::scene::{GpuScene, Settings};
 use crate::{Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
+use lightshed_integrator::CacheEnding;
 use lightshed_integrator::guiding::FlatGuidingField;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
@@ -17,9 +21,10 @@ pub struct GpuPathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
     program: &'a str,
-    /// The scene, and the guide's field.
+    /// The scene, and the guide's field with the cache.
     bound: [BoundGroup; 2],
     guide: GuideMemory,
+    cache: CacheMemory,
     kernels: Kernels,
     max_depth: u32,
     roulette_depth: u32,
@@ -45,6 +50,7 @@ struct Memory {
     queues: Buffer,
     counts: Buffer,
     film: Buffer,
+    budgets: Buffer,
 }
 
 /// Data that changes from dispatch to dispatch.
@@ -58,15 +64,18 @@ struct Step {
 }
 
 /// What the program binds.
-pub(crate) const TABLES: [Table; 4] = [
+pub(crate) const TABLES: [Table; 5] = [
     SceneBindings::TABLE,
     OctreeBindings::TABLE,
     GuideBindings::TABLE,
+    RadianceCacheBindings::TABLE,
     WavefrontBindings::TABLE,
 ];
 
 /// Bytes of an active path: itself, its hit, its shadow ray, and its places in two queues.
 const PATH_BYTES: u64 = 80 + 16 + 48 + 2 * 4;
+/// Bytes more of a path that ends in a cache.
+const BUDGET_BYTES: u64 = 20;
 /// Bytes of a pixel's sums.
 const PIXEL_BYTES: u64 = size_of::<PixelSums>() as u64;
 /// Active paths at once, unless an image has more pixels.
@@ -129,18 +138,20 @@ impl<'a> GpuPathTracer<'a> {
             queues: gpu.zeros("queues", 8 * count)?,
             counts: gpu.zeros("counts", 8 * u64::from(max_depth + 2))?,
             film: gpu.zeros("film", PIXEL_BYTES * u64::from(pixels))?,
+            budgets: gpu.zeros("budgets", BUDGET_BYTES)?,
         };
-        let guide = GuideMemory::none(gpu)?;
+        let (guide, cache) = (GuideMemory::none(gpu)?, CacheMemory::none(gpu)?);
         Ok(Self {
             gpu,
             scene,
             program,
             bound: [
                 gpu.bind(&[&scene.bindings()]),
-                gpu.bind(&[&guide.octree(), &guide.bindings()]),
+                gpu.bind(&[&guide.octree(), &guide.bindings(), &cache.bindings()]),
             ],
             guide,
-            kernels: Kernels::new(gpu, scene, program, false)?,
+            cache,
+            kernels: Kernels::new(gpu, scene, program, [false; 2])?,
             max_depth,
             roulette_depth,
             samples,
@@ -161,12 +172,53 @@ impl<'a> GpuPathTracer<'a> {
         field: Option<&FlatGuidingField<'_>>,
         roulette_depth: u32,
     ) -> Result<(), GpuError> {
+        self.set(field, None, roulette_depth)
+    }
+
+    /// Ends the paths to come in a cache, as `lightshed_integrator::PathTracer::with_ending` does,
+    /// and guides them by a field if there is one, with roulette from this edge on. The cache is
+    /// copied as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Settings`] for a rule that the device does not know; [`GpuError::Refused`],
+    /// [`GpuError::TooLarge`].
+    pub fn set_cache(
+        &mut self,
+        ending: &CacheEnding<'_>,
+        field: Option<&FlatGuidingField<'_>>,
+        roulette_depth: u32,
+    ) -> Result<(), GpuError> {
+        self.set(field, Some(ending), roulette_depth)
+    }
+
+    fn set(
+        &mut self,
+        field: Option<&FlatGuidingField<'_>>,
+        ending: Option<&CacheEnding<'_>>,
+        roulette_depth: u32,
+    ) -> Result<(), GpuError> {
+        let gpu = self.gpu;
         self.guide = match field {
-            Some(field) => GuideMemory::new(self.gpu, field)?,
-            None => GuideMemory::none(self.gpu)?,
+            Some(field) => GuideMemory::new(gpu, field)?,
+            None => GuideMemory::none(gpu)?,
         };
-        self.bound[1] = self.gpu.bind(&[&self.guide.octree(), &self.guide.bindings()]);
-        self.kernels = Kernels::new(self.gpu, self.scene, self.program, field.is_some())?;
+        self.cache = match ending {
+            Some(ending) => CacheMemory::new(gpu, ending)?,
+            None => CacheMemory::none(gpu)?,
+        };
+        let paths = match ending {
+            Some(_) => u64::from(self.pixels()) * u64::from(self.samples),
+            None => 1,
+        };
+        self.memory.budgets = gpu.zeros("budgets", BUDGET_BYTES * paths)?;
+        self.bound[1] = gpu.bind(&[
+            &self.guide.octree(),
+            &self.guide.bindings(),
+            &self.cache.bindings(),
+        ]);
+        let has = [field.is_some(), ending.is_some()];
+        self.kernels = Kernels::new(gpu, self.scene, self.program, has)?;
         self.roulette_depth = roulette_depth;
         Ok(())
     }
@@ -176,9 +228,14 @@ impl<'a> GpuPathTracer<'a> {
         self.guide.bytes()
     }
 
-    /// Bytes on the device, the scene's, a guide's and a few counts apart:
+    /// Bytes on the device of the cache.
+    pub fn cache_bytes(&self) -> u64 {
+        self.cache.bytes()
+    }
+
+    /// Bytes on the device, the scene's, a guide's, a cache's and a few counts apart:
     /// [`GpuPathTracer::BYTES_PER_PIXEL`] for each pixel of an image that is large enough to have
-    /// one sample of each on its way; smaller ones have several.
+    /// one sample of each on its way, and 20 more with a cache; smaller ones have several.
     pub fn bytes(&self) -> u64 {
         let Memory {
             settings: _,
@@ -188,11 +245,14 @@ impl<'a> GpuPathTracer<'a> {
             queues,
             counts: _,
             film,
+            budgets,
         } = &self.memory;
-        [paths, hits, shadows, queues, film]
+        let paths: u64 = [paths, hits, shadows, queues, film]
             .map(Buffer::bytes)
             .iter()
-            .sum()
+            .sum();
+        // One that nobody uses is for the binding.
+        paths + if self.cache.is_used() { budgets.bytes() } else { 0 }
     }
 
     /// Samples `first .. first + count` of each pixel under `seed`, averaged.
@@ -306,6 +366,7 @@ impl<'a> GpuPathTracer<'a> {
             queues,
             counts,
             film,
+            budgets,
         } = &self.memory;
         let method = self.gpu.bind(&[&WavefrontBindings {
             settings,
@@ -316,9 +377,10 @@ impl<'a> GpuPathTracer<'a> {
             counts,
             film,
             step,
+            budgets,
         }]);
-        let [scene, guide] = &self.bound;
-        work.dispatch_bound(kernel, &[scene, guide, &method], groups_of(threads));
+        let [scene, parts] = &self.bound;
+        work.dispatch_bound(kernel, &[scene, parts, &method], groups_of(threads));
     }
 }
 
@@ -351,8 +413,14 @@ pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
 }
 
 impl Kernels {
-    fn new(gpu: &Gpu, scene: &GpuScene, program: &str, is_guided: bool) -> Result<Self, GpuError> {
-        let constants = scene.constants(program, &[("HAS_GUIDE", is_guided)]);
+    fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        program: &str,
+        [has_guide, has_cache]: [bool; 2],
+    ) -> Result<Self, GpuError> {
+        let besides = [("HAS_GUIDE", has_guide), ("HAS_CACHE", has_cache)];
+        let constants = scene.constants(program, &besides);
         let kernel =
             |entry: &str| gpu.kernel_of_tables(&format!("path {entry}"), program, entry, &TABLES, &constants);
         Ok(Self {

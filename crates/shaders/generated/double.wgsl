@@ -148,6 +148,35 @@ fn double_divide(a: vec2u, b: vec2u) -> vec2u {
     return rounded(sign, exponent, quotient);
 }
 
+fn double_sqrt(a: vec2u) -> vec2u {
+    if all(double_abs(a) == vec2u(0u)) || (a.y & INFINITE) == 0u {
+        return vec2u(0u, a.y & SIGN);
+    }
+    if a.y >= SIGN || !double_is_finite(a) {
+        return select(a, NAN, a.y >= SIGN || double_is_nan(a));
+    }
+    let exponent = biased_exponent(a) - 1023;
+    let odd = exponent & 1;
+    var pairs = package_lightshed_wide__2wide_shift_left(significand(a), 10u + u32(odd));
+    var root = vec2u(0u);
+    var rest = vec2u(0u);
+    for (var k = 0u; k < 55u; k++) {
+        rest = package_lightshed_wide__2wide_shift_left(rest, 2u);
+        rest.x |= pairs.y >> 30u;
+        pairs = package_lightshed_wide__2wide_shift_left(pairs, 2u);
+        var trial = package_lightshed_wide__2wide_shift_left(root, 2u);
+        trial.x |= 1u;
+        root = package_lightshed_wide__2wide_shift_left(root, 1u);
+        if !package_lightshed_wide__1wide_less(rest, trial) {
+            rest = package_lightshed_wide__1wide_subtract(rest, trial);
+            root.x |= 1u;
+        }
+    }
+    let bits = package_lightshed_wide__2wide_shift_left(root, 9u);
+    let inexact = select(0u, 1u, any(rest != vec2u(0u)));
+    return rounded(0u, (exponent - odd) / 2 + 1023, vec2u(bits.x | inexact, bits.y));
+}
+
 fn double_less(a: vec2u, b: vec2u) -> bool {
     if double_is_nan(a) || double_is_nan(b) || all(double_abs(a | b) == vec2u(0u)) {
         return false;

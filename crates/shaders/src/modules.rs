@@ -113,6 +113,7 @@ pub const MODULES: &[Module] = &[
             "load_quadtree_word"
         ]
     ),
+    module!("hash_grid", ["load_cell_word"]),
     module!("importance", ["load_light_row"]),
     module!("jump_selection"),
     module!(
@@ -208,6 +209,7 @@ pub const MODULES: &[Module] = &[
     module!("octahedral"),
     module!("octree", ["load_octree_node"]),
     module!("parallax"),
+    module!("path_budget", ["load_cached_radiance", "load_cell_word"]),
     module!("path_numbers"),
     module!(
         "path_sample",
@@ -319,6 +321,7 @@ pub const MODULES: &[Module] = &[
     ),
     module!("phase"),
     module!("quadtree", ["load_quadtree_word"]),
+    module!("radiance_cache", ["load_cached_radiance", "load_cell_word"]),
     module!("ray"),
     module!("reservoir"),
     module!("rng"),

@@ -52,6 +52,7 @@ const HOST: &str = "
     import package::lightshed::lightcut::Subtree;
     import package::lightshed::lighting_grid::Influence;
     import package::lightshed::merge::{MergeImage, MergeInput};
+    import package::lightshed::radiance_cache::CachedRadiance;
     import package::lightshed::sky::Sky;
     @group(0) @binding(0) var<storage, read> words: array<u32>;
     @group(0) @binding(1) var<storage, read_write> subtrees: array<Subtree>;
@@ -66,6 +67,11 @@ const HOST: &str = "
     fn load_quadtree_word(index: u32) -> u32 { return words[index]; }
     fn grid_frame() -> GridFrame { return frame; }
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
+    fn load_cached_radiance(slot: u32) -> CachedRadiance {
+        let number = vec3f(f32(words[slot]));
+        return CachedRadiance(number, number, number, number, number, number.x);
+    }
+    fn load_cell_word(slot: u32) -> vec2u { return vec2u(words[slot]); }
     fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }
     fn load_grid_key(place: u32) -> u32 { return words[place]; }
     fn load_grid_light(place: u32) -> GridLight { return grid_lights[place]; }

@@ -70,6 +70,28 @@ fn moves_count_at_the_first_vertex_alone() {
     assert!((first - 100.0 / 104.0).abs() < 1e-6, "{first}");
 }
 
+/// Where local variances use all of the bound, rounding may leave less than nothing: a vertex where
+/// nothing varies then goes on, and its share is a number.
+#[test]
+fn shares_are_numbers_where_rounding_exceeds_the_bound() {
+    let of = |variance| Prefixed {
+        variance,
+        ..Prefixed::default()
+    };
+    let mut exceeded = 0;
+    for number in 0..2_000u32 {
+        let word = |word| CounterRng::at(23, number, 0, word) as f32 / u32::MAX as f32;
+        let (bound, first) = (0.5 + word(0), 0.4 * word(1));
+        let rest = bound - first;
+        exceeded += u32::from(first + rest > bound);
+        let rule = Termination::variance(bound);
+        let mut budget = PathBudget::default();
+        let shares = [first, rest, 0.0].map(|variance| budget.share(&rule, 1, &of(variance)));
+        assert_eq!(shares, [1.0; 3], "{bound} after {first} and {rest}");
+    }
+    assert!(exceeded > 20, "{exceeded}");
+}
+
 /// A sphere whose vertices scatter what a function of the site and of a random number says.
 struct Field<F>(F);
 

@@ -32,9 +32,10 @@ const PROGRAMS: [(&str, &[Table]); 14] = [
 ];
 
 /// Overridable constants that hosts set.
-const CONSTANTS: [&str; 12] = [
+const CONSTANTS: [&str; 13] = [
     "BY_CACHE",
     "BY_TREE",
+    "HAS_CACHE",
     "HAS_DELTA_EMITTERS",
     "HAS_DIELECTRICS",
     "HAS_EMITTERS",
@@ -266,6 +267,9 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("volpath", "package_lightshed_tracking_Medium", 64),
         ("volpath", "package_memory_medium_MediumSettings", 144),
         ("path", "package_lightshed__1guiding_field_GuidingField", 48),
+        ("path", "package_memory__1radiance_cache_CacheSettings", 96),
+        ("path", "package_memory__1radiance_cache_CacheRow", 64),
+        ("path", "package_lightshed__1path_budget_PathBudget", 20),
         ("mixture", "Mixture", 80),
         ("mixture", "package_lightshed__1markov_state_MarkovState", 32),
         ("radix_sort", "Pass", 16),

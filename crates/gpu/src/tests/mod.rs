@@ -1,6 +1,7 @@
 //! Tests of the crate as a whole: one program, so that devices are opened and shaders compiled
 //! once.
 
+mod cached;
 mod constants;
 mod guided;
 mod linked;

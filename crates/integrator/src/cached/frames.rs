@@ -92,6 +92,48 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
         self.guide.as_ref().map(|(field, _)| field)
     }
 
+    /// The options.
+    pub fn options(&self) -> &CachedPathsOptions {
+        &self.options
+    }
+
+    /// How paths end with the cache as it is. Rays are counted for this method's report.
+    pub fn ending(&self) -> CacheEnding<'_> {
+        CacheEnding {
+            cache: self.cache.view(),
+            rule: self.options.rule,
+            eye: self.eye,
+            jitter: self.options.jitter,
+            survival: self.options.survival,
+            rays: &self.rays,
+        }
+    }
+
+    /// The first edge from which on roulette may end a path.
+    pub fn roulette_depth(&self) -> u32 {
+        let depth = self.scene.settings().roulette_depth;
+        match &self.guide {
+            Some((_, options)) => depth.max(options.roulette_depth),
+            None => depth,
+        }
+    }
+
+    /// The passes before the next frame: all that are left, or one if a pass comes before each
+    /// frame. Returns false if it was cancelled. Frames call it themselves.
+    pub fn prepare(&mut self, cancel: &AtomicBool) -> bool {
+        let wanted = match self.passes < self.options.passes {
+            true => self.options.passes - self.passes,
+            false => u32::from(self.options.every_frame),
+        };
+        for _ in 0..wanted {
+            if cancel.load(Ordering::Relaxed) {
+                return false;
+            }
+            self.update();
+        }
+        true
+    }
+
     /// Vertices that the camera sees in a pass: of all pixels in turn.
     fn seen(&self, vertices: &SceneVertices<'_, S>) -> Vec<(SurfaceSite, Ray)> {
         let [width, height] = self.size;
@@ -169,24 +211,10 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for CachedPaths<'_, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let wanted = match self.passes < self.options.passes {
-            true => self.options.passes - self.passes,
-            false => u32::from(self.options.every_frame),
-        };
-        for _ in 0..wanted {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            self.update();
+        if !self.prepare(cancel) {
+            return None;
         }
-        let ending = CacheEnding {
-            cache: self.cache.view(),
-            rule: self.options.rule,
-            eye: self.eye,
-            jitter: self.options.jitter,
-            survival: self.options.survival,
-            rays: &self.rays,
-        };
+        let (ending, roulette) = (self.ending(), self.roulette_depth());
         let tracer = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
         let tracer = match self.options.visible_emission {
             true => tracer.with_visible_emission(),
@@ -196,10 +224,9 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for CachedPaths<'_, S> {
         let (size, samples) = (self.size, self.options.samples);
         match &self.guide {
             None => SampledFrames::new(tracer, size, samples).render_frame(frame, seed, image, cancel)?,
-            Some((field, options)) => {
-                let settings = self.scene.settings();
-                let roulette = settings.roulette_depth.max(options.roulette_depth);
-                let tracer = tracer.with_depths(settings.max_depth, roulette).with_guide(field);
+            Some((field, _)) => {
+                let longest = self.scene.settings().max_depth;
+                let tracer = tracer.with_depths(longest, roulette).with_guide(field);
                 SampledFrames::new(tracer, size, samples).render_frame(frame, seed, image, cancel)?
             }
         };

@@ -74,10 +74,11 @@ impl Method {
     }
 
     /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
-    /// is biased, and its frames depend on earlier ones if the cache continues to learn. With
-    /// a cache, with decorrelated reuse, samples of direct light or with reservoirs in cells of
-    /// space, the device does not support it; nor with guides, but for paths guided by `cdq` that
-    /// train for some frames only. Of Markov chain mixtures it has spatial sets of one step.
+    /// is biased, and its frames depend on earlier ones if the cache continues to learn; then the
+    /// device does not support it. With decorrelated reuse, samples of direct light or with
+    /// reservoirs in cells of space, the device does not support it, either; nor with guides, but
+    /// for paths guided by `cdq` that train for some frames only. Of Markov chain mixtures it has
+    /// spatial sets of one step.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
@@ -88,21 +89,27 @@ impl Method {
                 && self.values.direct_samples(0) == 0,
             ..own
         };
+        let guided = self.values.guided_paths();
+        // The device looks up in guides and caches what the host has learnt before.
+        let device = own.device
+            && guided
+                .as_ref()
+                .is_none_or(|guided| !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame);
         if self.values.cache_rule().is_some() {
+            let chain = self.values.is_on(&CACHE_ALWAYS);
             return MethodCapabilities {
                 frames: true,
-                chain: self.values.is_on(&CACHE_ALWAYS),
+                chain,
                 biased: true,
-                device: false,
+                device: device && !chain,
                 ..own
             };
         }
-        if let Some(guided) = self.values.guided_paths() {
+        if guided.is_some() {
             return MethodCapabilities {
                 frames: true,
                 chain: true,
-                // The device looks guides up that the host has trained.
-                device: own.device && !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame,
+                device,
                 ..own
             };
         }

@@ -164,7 +164,14 @@ fn other_names_and_values_are_refused() {
         device,
         ..
     } = method.capabilities();
-    assert_eq!((biased, chain, device), (true, false, false));
+    assert_eq!((biased, chain, device), (true, false, true));
+    for text in ["path:variance@0.25:cache-always", "path:vmf:variance@0.25"] {
+        let method: Method = text.parse().unwrap();
+        assert!(
+            method.capabilities().biased && !method.capabilities().device,
+            "{text}"
+        );
+    }
     // A default is as if it was not given.
     let method: Method = "restir-pt:hybrid".parse().unwrap();
     assert_eq!(method, Method::named("restir-pt").unwrap());

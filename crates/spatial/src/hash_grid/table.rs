@@ -196,6 +196,14 @@ impl CellTable {
         line.0[slot as usize % LINE].load(Ordering::Relaxed) & KEPT != 0
     }
 
+    /// The word of each slot in order: 0 without a cell, otherwise the key mixed one to one to 63
+    /// bits, with the highest bit set. Claims that are not settled are without that bit. With these
+    /// words a device finds what [`find`](Self::find) does.
+    pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
+        let slots = self.lines.iter().flat_map(|line| &line.0);
+        slots.map(|slot| slot.load(Ordering::Relaxed))
+    }
+
     /// How full the table is since the last [`settle`](Self::settle) or [`evict`](Self::evict).
     pub fn occupancy(&self) -> Occupancy {
         self.occupancy
@@ -270,8 +278,7 @@ mod tests {
     }
 
     fn words(table: &CellTable) -> Vec<u64> {
-        let slots = table.lines.iter().flat_map(|line| &line.0);
-        slots.map(|slot| slot.load(Ordering::Relaxed)).collect()
+        table.words().collect()
     }
 
     /// The result of claims one after the other, the largest word first.
