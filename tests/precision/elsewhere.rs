@@ -62,7 +62,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-spatial",
         "cells and what lies within a radius, held to exact quotients and to a look at every point by the crate's tests",
-        "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slot_moved AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode LevelGrid::jittered LevelGrid::level LevelGrid::side Occupancy::load PointGrid::for_each_within \
+        "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slot_moved AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode LevelGrid::jittered LevelGrid::jittered_at LevelGrid::level LevelGrid::side Occupancy::load PointGrid::for_each_within \
          Nearest::offer SiteMetric::distance_squared SpatialIndex::locate for_each_row_within",
     ),
     (

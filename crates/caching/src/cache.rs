@@ -1,6 +1,7 @@
 //! A cache of outgoing radiance.
 
 use super::error::CachingError;
+use super::grid::CacheGrid;
 use super::moments::VertexMoments;
 use super::options::{MAX_UPDATE_SAMPLES, RadianceCacheOptions};
 use super::published::CachedRadiance;
@@ -11,7 +12,7 @@ use super::surroundings::Surroundings;
 use super::view::CacheView;
 use glam::DVec3;
 use lightshed_sampling::{CounterRng, f32_from_u32, parallel};
-use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
+use lightshed_spatial::SurfaceSite;
 
 /// Outgoing radiance of surfaces by position, level and side, in a hash grid of bounded size, with
 /// its local variance and its bias.
@@ -26,9 +27,13 @@ use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
 /// Vertices come from [`offer`](Self::offer), and from the samples, which explore. A pass has the
 /// same result for any number of threads: records are updated one by one from their own samples,
 /// and vertices are kept in the order of the records that found them.
+///
+/// With a [`Refinement`](crate::Refinement), cells whose bias dominates are split after a pass. The
+/// smaller ones begin with the vertices of the larger, which answers for them until they do, and is
+/// itself sampled in one of eight passes only.
 pub struct RadianceCache<V> {
     options: RadianceCacheOptions,
-    grid: HashGrid,
+    grid: CacheGrid,
     records: Vec<Record<V>>,
     /// Whether a record has a vertex: most slots are empty, and records are large.
     in_use: Vec<bool>,
@@ -41,6 +46,8 @@ pub struct RadianceCache<V> {
 
 /// Slots that go to a thread together.
 const TOGETHER: usize = 128;
+/// A record whose cell is split is sampled in one of so many passes.
+const SPLIT_PASSES: u32 = 8;
 /// Offered vertices whose cells are claimed together.
 const CLAIMS: usize = 1024;
 /// Seeds of the random selection of kept vertices, and of their places.
@@ -61,7 +68,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
     /// Options out of range.
     pub fn new(options: RadianceCacheOptions) -> Result<Self, CachingError> {
         options.check()?;
-        let grid = HashGrid::new(options.cells, options.slots)?;
+        let grid = CacheGrid::new(&options)?;
         let slots = grid.table.slots();
         Ok(Self {
             options,
@@ -104,7 +111,11 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.offered.clear();
-        self.grid.table.evict(0, |_| ());
+        let mut closed = Vec::new();
+        self.grid.table.evict(0, |slot| closed.push(slot));
+        closed
+            .into_iter()
+            .for_each(|slot| self.grid.set_split(slot, false));
         self.records.fill(Record::new());
         self.in_use.fill(false);
         self.published.fill(CachedRadiance::default());
@@ -119,6 +130,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         self.publish();
         let mut offered = std::mem::take(&mut self.offered);
         parts.into_iter().for_each(|part| offered.extend(part.found));
+        self.split(&mut offered);
         self.open(&offered);
         let report = CacheReport {
             passes: self.pass,
@@ -126,6 +138,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             visited,
             samples: visited as u64 * u64::from(self.options.samples),
             offered: offered.len(),
+            split: self.split_cells(),
             occupancy: self.grid.table.occupancy(),
         };
         // The memory is kept for the next pass.
@@ -154,6 +167,9 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
                 .filter(|(slot, _)| in_use[*slot])
                 .filter_map(|(slot, record)| {
                     let slot = slot as u32;
+                    if grid.is_split(slot) && !(pass.wrapping_add(slot)).is_multiple_of(SPLIT_PASSES) {
+                        return None;
+                    }
                     let &(site, vertex) = record.vertex(slot, pass)?;
                     Some(VertexVisit {
                         vertex,
@@ -203,6 +219,34 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         });
     }
 
+    /// How many cells are split.
+    fn split_cells(&self) -> usize {
+        let slots = 0..self.grid.table.slots() as u32;
+        match self.options.refinement {
+            Some(_) => slots.filter(|&slot| self.grid.is_split(slot)).count(),
+            None => 0,
+        }
+    }
+
+    /// Splits the cells whose bias dominates; their vertices are `offered` to the smaller ones.
+    fn split(&mut self, offered: &mut Vec<(SurfaceSite, V)>) {
+        let Some(refinement) = self.options.refinement else {
+            return;
+        };
+        if self.grid.table.occupancy().load() > refinement.most_load {
+            return;
+        }
+        for slot in (0..self.records.len()).filter(|&slot| self.in_use[slot]) {
+            let record = &self.records[slot];
+            let leaf = record.first_site().and_then(|site| self.grid.leaf(site, |_| ()));
+            let is_leaf = leaf.is_some_and(|leaf| leaf.left > 0 && leaf.slot == Some(slot as u32));
+            if is_leaf && record.is_biased(refinement.least_bias) {
+                offered.extend(record.vertices().copied());
+                self.grid.set_split(slot as u32, true);
+            }
+        }
+    }
+
     /// Opens records for the cells of vertices, keeps the vertices there, and closes records for
     /// which none was found.
     fn open(&mut self, offered: &[(SurfaceSite, V)]) {
@@ -219,13 +263,15 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             published,
             ..
         } = self;
-        let mut begin = |slot: u32| {
+        let mut begun = Vec::new();
+        grid.table.settle(|slot| begun.push(slot));
+        grid.table.evict(self.options.max_age, |slot| begun.push(slot));
+        for slot in begun {
             records[slot as usize] = Record::new();
             in_use[slot as usize] = false;
             published[slot as usize] = CachedRadiance::default();
-        };
-        grid.table.settle(&mut begin);
-        grid.table.evict(self.options.max_age, &mut begin);
+            grid.set_split(slot, false);
+        }
         for (number, vertex) in (0u32..).zip(offered) {
             if let Some(slot) = grid.locate(&vertex.0) {
                 let place = CounterRng::at(PLACE_SEED, slot, self.pass, number);

@@ -2,6 +2,7 @@
 
 use super::moments::VertexMoments;
 use glam::DVec3;
+use lightshed_sampling::LUMINANCE;
 
 /// Moments of a cell's record over many vertices `y`, each with its own samples: `E[Y]`, `E[Y²]`
 /// and `E[E[Y|y]²]`, channel by channel, and from them the local variance and the squared bias of
@@ -118,4 +119,23 @@ impl CellMoments {
         }
         self.between / free - self.per_weight(self.noise)
     }
+
+    /// Whether the squared bias `B` is certain and at least a share of the squared mean. Of means
+    /// that are normally distributed, the sample variance `B + N` with the noise `N` has the
+    /// relative standard deviation `√(2 / (n − 1))` for `n` vertices; `B` is certain if it is above
+    /// three times that of `B + N`. Channels count by their squared share of luminance.
+    pub fn is_biased(&self, least: f64) -> bool {
+        let count = self.weight * self.weight / self.weight_squared;
+        if !(count >= LEAST_VERTICES) {
+            return false;
+        }
+        let shares = (LUMINANCE * LUMINANCE).as_dvec3();
+        let bias = shares.dot(self.bias_squared());
+        let noise = shares.dot(self.per_weight(self.noise));
+        let deviation = (2.0 / (count - 1.0)).sqrt();
+        bias > 3.0 * deviation * (bias + noise) && bias > least * shares.dot(self.mean * self.mean)
+    }
 }
+
+/// Fewest vertices from which a bias is taken for certain.
+const LEAST_VERTICES: f64 = 12.0;

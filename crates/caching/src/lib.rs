@@ -12,7 +12,7 @@
 //! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
 //! | the area spread of a path | [`AreaSpread`] |
 //! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
-//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`], [`MAX_CELL_RESERVOIRS`], [`MAX_READS`] |
+//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`], [`MAX_REFINEMENT`], [`MAX_CELL_RESERVOIRS`], [`MAX_READS`] |
 //!
 //! A path that ends in a cache estimates another integral than one that does not. Everything here
 //! is **biased**, on purpose, and estimates its bias as far as possible.
@@ -29,6 +29,7 @@ mod budget;
 mod cache;
 mod cell;
 mod error;
+mod grid;
 mod moments;
 mod options;
 mod published;
@@ -50,7 +51,7 @@ pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 pub use lightshed_spatial as spatial;
 pub use moments::VertexMoments;
-pub use options::{History, MAX_UPDATE_SAMPLES, RadianceCacheOptions};
+pub use options::{History, MAX_REFINEMENT, MAX_UPDATE_SAMPLES, RadianceCacheOptions, Refinement};
 pub use published::CachedRadiance;
 pub use record::RECORD_VERTICES;
 pub use report::CacheReport;

@@ -68,6 +68,17 @@ impl<V: Copy> Record<V> {
         self.vertices[place] = Some(vertex);
     }
 
+    /// All its vertices.
+    pub fn vertices(&self) -> impl Iterator<Item = &(SurfaceSite, V)> {
+        self.vertices.iter().flatten()
+    }
+
+    /// Whether the squared bias of the last two windows is certain and at least a share of the
+    /// squared radiance, in luminance.
+    pub fn is_biased(&self, least: f64) -> bool {
+        self.last.moments.merged(&self.current.moments).is_biased(least)
+    }
+
     /// Where the first vertex is.
     pub fn first_site(&self) -> Option<&SurfaceSite> {
         self.vertices.iter().flatten().next().map(|(site, _)| site)

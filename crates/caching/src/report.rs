@@ -16,6 +16,8 @@ pub struct CacheReport {
     pub samples: u64,
     /// Vertices that samples and the renderer found, and that were to be kept.
     pub offered: usize,
+    /// Cells that are split.
+    pub split: usize,
     /// How full the table is; [`Occupancy::refused`] cells have no record because it is full.
     pub occupancy: Occupancy,
 }

@@ -1,23 +1,25 @@
 //! A read-only view of a cache.
 
+use super::grid::CacheGrid;
 use super::published::CachedRadiance;
-use lightshed_spatial::{HashGrid, LevelGrid, SpatialIndex, SurfaceSite};
+use lightshed_spatial::{LevelGrid, SurfaceSite};
 
 /// The answers of a cache while its records may be changing: those of the last complete pass.
 #[derive(Clone, Copy)]
 pub struct CacheView<'a> {
-    pub(crate) grid: &'a HashGrid,
+    pub(crate) grid: &'a CacheGrid,
     pub(crate) published: &'a [CachedRadiance],
 }
 
 impl<'a> CacheView<'a> {
-    /// The record of a site; `None` if it has none, or one with too little information: paths
-    /// continue there.
+    /// The record of a site, of the smallest cell that answers; `None` if it has none, or one with
+    /// too little information: paths continue there.
     #[inline]
     pub fn query(&self, site: &SurfaceSite) -> Option<&'a CachedRadiance> {
-        let slot = self.grid.locate(site)?;
-        let record = self.published.get(slot as usize)?;
-        (record.passes > 0.0).then_some(record)
+        self.grid.answer(site, |slot| {
+            let record = self.published.get(slot as usize)?;
+            (record.passes > 0.0).then_some(record)
+        })
     }
 
     /// The record of a site that is moved at random by up to half a cell, given by `u` in
@@ -25,7 +27,7 @@ impl<'a> CacheView<'a> {
     /// has no record, that of the site itself.
     #[inline]
     pub fn query_jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> Option<&'a CachedRadiance> {
-        self.query(&self.grid.cells.jittered(site, u))
+        self.query(&self.grid.jittered(site, u))
             .or_else(|| self.query(site))
     }
 

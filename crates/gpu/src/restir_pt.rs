@@ -158,6 +158,9 @@ fn check(options: &RestirPtOptions) -> Result<(), GpuError> {
     if options.pairs.is_some() || options.direct_samples > 0 {
         return refused("the device knows neither pairs nor samples of direct light beside paths");
     }
+    if options.world.is_some() {
+        return refused("the device knows no cells of space");
+    }
     Ok(())
 }
 
@@ -206,7 +209,7 @@ mod tests {
     use super::*;
     use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
     use lightshed_film::PixelEstimator;
-    use lightshed_integrator::PathTracer;
+    use lightshed_integrator::{PathTracer, WorldReuse};
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
 
@@ -215,10 +218,11 @@ mod tests {
     fn other_options_are_refused() {
         let usual = RestirPtOptions::real_time(PathMapping::Hybrid);
         assert!(check(&usual).is_ok());
-        let changes: [fn(&mut RestirPtOptions); 3] = [
+        let changes: [fn(&mut RestirPtOptions); 4] = [
             |options| options.pairs = Some(16),
             |options| options.direct_samples = 1,
             |options| options.path_starts_at_sensor = true,
+            |options| options.world = Some(WorldReuse::default()),
         ];
         for (number, change) in changes.iter().enumerate() {
             let mut options = usual;

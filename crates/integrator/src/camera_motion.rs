@@ -24,6 +24,8 @@ pub struct CameraMotion {
     path: Path,
     /// Frame from which on nothing moves.
     end: Option<u32>,
+    /// Frame from which on it goes back.
+    turn: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +68,11 @@ impl CameraMotion {
     pub const STILL: Self = Self::along(Path::Still);
 
     const fn along(path: Path) -> Self {
-        Self { path, end: None }
+        Self {
+            path,
+            end: None,
+            turn: None,
+        }
     }
 
     /// Moves by `per_frame` in world space from each frame to the next.
@@ -106,9 +112,32 @@ impl CameraMotion {
         }
     }
 
+    /// The same motion up to frame `frame`, and from there the same way back: frame `frame + n` has
+    /// the view of frame `frame − n`, and the first view stays once it is reached again. What was
+    /// seen before comes into view again.
+    #[must_use]
+    pub fn returning_from(self, frame: u32) -> Self {
+        Self {
+            turn: Some(frame),
+            ..self
+        }
+    }
+
     /// Whether frame `frame` shows the same view as the one before.
     pub fn rests_at(&self, frame: u32) -> bool {
-        self.is_still() || self.end.is_some_and(|end| frame > end)
+        self.is_still()
+            || frame
+                .checked_sub(1)
+                .is_some_and(|before| self.step(frame) == self.step(before))
+    }
+
+    /// Which frame of the path alone has the view of frame `frame`.
+    fn step(&self, frame: u32) -> u32 {
+        let frame = self.end.map_or(frame, |end| frame.min(end));
+        match self.turn {
+            Some(turn) if frame > turn => turn.saturating_sub(frame - turn),
+            _ => frame,
+        }
     }
 
     /// Whether all frames show the same view.
@@ -129,7 +158,7 @@ impl CameraMotion {
     /// scene's own.
     pub fn camera(&self, scene: &Scene, frame: u32) -> Camera {
         let camera = scene.camera();
-        let frame = self.end.map_or(frame, |end| frame.min(end));
+        let frame = self.step(frame);
         let (rotation, translation) = match self.path {
             _ if cfg!(lightshed_without = "motion") => return camera.clone(),
             Path::Still => return camera.clone(),
@@ -226,6 +255,17 @@ mod tests {
         assert_eq!((origin(4), origin(u32::MAX)), (origin(3), origin(3)));
         assert_eq!([3, 4].map(|frame| motion.rests_at(frame)), [false, true]);
         assert!(!motion.is_still() && CameraMotion::STILL.rests_at(0));
+    }
+
+    #[test]
+    fn a_motion_that_returns_shows_the_same_views_again() {
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        let motion = CameraMotion::translation(Vec3::X).unwrap().returning_from(3);
+        let origin = |frame| motion.camera(&scene, frame).ray(Vec2::ZERO, [0.5; 2]).origin;
+        assert!(origin(3).distance(origin(0)) > 2.9);
+        assert_eq!([4, 5, 6, 7, u32::MAX].map(origin), [2, 1, 0, 0, 0].map(origin));
+        let rests = [0, 1, 3, 4, 6, 7, u32::MAX].map(|frame| motion.rests_at(frame));
+        assert_eq!(rests, [false, false, false, false, false, true, true]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 mod bounds;
 mod moments;
+mod refinement;
 mod sphere;
 mod spread;
 mod tree;

@@ -9,9 +9,10 @@
 //! A frame of each method takes the processor time of a frame of the last one: methods of
 //! independent samples get as many as fit, and a chain of frames that is cheaper is the mean of as
 //! many independent chains (`--once` makes it one). The filter sees frames without the emission
-//! that is seen directly, which is known and is added afterwards, as renderers do. With `--move`
-//! the camera moves until the last frame, which alone is judged; the pixels whose surfaces came
-//! into view within the last five frames are judged for themselves, too.
+//! that is seen directly, which is known and is added afterwards, as renderers do. With `--move` or
+//! `--pan` the camera moves until the last frame, which alone is judged; the pixels whose surfaces
+//! came into view within the last five frames are judged for themselves, too. With `--return` it
+//! goes away and comes back to its first view, so that it has seen these surfaces before.
 
 mod guides;
 
@@ -19,10 +20,11 @@ use clap::Parser;
 use guides::{emission, guides};
 use lightshed::film::{FrameMethod, RayCounts, RgbImage, process_cpu_seconds, read_exr, write_png};
 use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
-use lightshed::scene::glam::{Vec3, Vec3A};
+use lightshed::scene::glam::{Mat3A, Vec3, Vec3A};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
 use lightshed_evaluate::{PixelGuide, Reference, Svgf, SvgfOptions, TemporalStudy};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -57,11 +59,17 @@ struct Arguments {
     #[arg(long, default_value_t = 2048)]
     reference_spp: u32,
     /// Two independent images (OpenEXR) instead, whose mean is the reference of a still camera.
-    #[arg(long, value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with = "moves")]
+    #[arg(long, value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with_all = ["moves", "pan"])]
     reference: Vec<PathBuf>,
     /// Moves the camera by this share of the scene's size to the right from frame to frame.
     #[arg(long = "move")]
     moves: Option<f32>,
+    /// Turns the camera by this angle in degrees to the right from frame to frame.
+    #[arg(long, conflicts_with = "moves")]
+    pan: Option<f32>,
+    /// Half of the frames away, the other half the same way back.
+    #[arg(long = "return")]
+    returns: bool,
     /// Prints a table of errors instead, relative squared ones unless it says otherwise, of a still
     /// camera and, with `--move`, of a moving one; the least error of a row is bold.
     #[arg(long)]
@@ -99,8 +107,10 @@ struct Errors {
     sums: [f64; 4],
     /// FLIP, raw and filtered; 0 without the feature.
     flip: [f64; 2],
-    /// Relative squared error of young pixels, and their number.
-    young: [f64; 2],
+    /// Relative squared error of young pixels, their squared error, and their number.
+    young: [f64; 3],
+    /// The method's own figures after the last frame, summed.
+    figures: BTreeMap<&'static str, f64>,
     seconds: f64,
     rays: f64,
 }
@@ -161,6 +171,11 @@ impl FrameMethod for Mean<'_> {
     fn is_still(&self) -> bool {
         self.0[0].is_still()
     }
+
+    /// Of the first chain.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        self.0[0].figures()
+    }
 }
 
 /// Frames of a method whose frames are independent of each other: means of so many of them.
@@ -192,10 +207,8 @@ impl FrameMethod for Several<'_> {
 struct Moving<'a> {
     method: &'a Method,
     samples: u32,
-    /// As the last frame sees it.
     description: &'a SceneDescription,
-    per_frame: Vec3,
-    last: u32,
+    path: CameraPath,
 }
 
 impl FrameMethod for Moving<'_> {
@@ -211,8 +224,7 @@ impl FrameMethod for Moving<'_> {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let mut description = self.description.clone();
-        let ahead = self.per_frame * (self.last as f32 - frame as f32);
-        description.camera.to_world.translation -= Vec3A::from(ahead);
+        self.path.apply(&mut description, frame);
         let scene = Scene::new(&description).ok()?;
         let stage = Stage::new(&scene);
         let started = self.method.start(&stage, Motion::STILL).ok()?;
@@ -222,6 +234,60 @@ impl FrameMethod for Moving<'_> {
 
     fn is_still(&self) -> bool {
         false
+    }
+}
+
+/// How the camera moves.
+#[derive(Clone, Copy)]
+struct CameraPath {
+    /// By frame, in world space.
+    per_frame: Vec3,
+    /// About the camera, by frame, in radians, and about this axis.
+    turn: (f32, Vec3),
+    /// The frame that comes back from.
+    back_from: Option<u32>,
+}
+
+impl CameraPath {
+    /// Of the options for a scene; `None` for a camera that does not move.
+    fn of(arguments: &Arguments, scene: &Scene, description: &SceneDescription, moves: bool) -> Option<Self> {
+        let matrix = description.camera.to_world.matrix3;
+        let right = -Vec3::from(matrix.x_axis.normalize());
+        let is_moving = moves && (arguments.moves.is_some() || arguments.pan.is_some());
+        is_moving.then(|| Self {
+            per_frame: right * arguments.moves.unwrap_or(0.0) * scene.extent(),
+            turn: (
+                -arguments.pan.unwrap_or(0.0).to_radians(),
+                matrix.y_axis.normalize().into(),
+            ),
+            back_from: arguments.returns.then_some((arguments.frames - 1) / 2),
+        })
+    }
+
+    fn motion(&self, description: &SceneDescription) -> Result<CameraMotion, Failure> {
+        let motion = match self.turn {
+            (angle, axis) if angle != 0.0 => {
+                CameraMotion::orbit(description.camera.to_world.translation.into(), axis, angle)?
+            }
+            _ => CameraMotion::translation(self.per_frame)?,
+        };
+        Ok(match self.back_from {
+            Some(frame) => motion.returning_from(frame),
+            None => motion,
+        })
+    }
+
+    /// Moves the camera of a description to where frame `frame` has it.
+    fn apply(&self, description: &mut SceneDescription, frame: u32) {
+        let step = match self.back_from {
+            Some(turn) if frame > turn => turn.saturating_sub(frame - turn),
+            _ => frame,
+        };
+        let to_world = &mut description.camera.to_world;
+        let (angle, axis) = self.turn;
+        let turned = Mat3A::from_axis_angle(axis, angle * step as f32);
+        to_world.matrix3 = turned * to_world.matrix3;
+        to_world.translation += Vec3A::from(self.per_frame) * step as f32;
     }
 }
 
@@ -317,33 +383,44 @@ impl Study<'_> {
             }
             errors.frames += 1.0;
             let by_pixel = self.reference.relative_errors(&raw_image)?;
-            for (error, age) in by_pixel.iter().zip(filter.ages()) {
-                if number > 5 && age <= 5.0 {
+            let truths = self.reference.image().pixels();
+            let apart = frame.iter().zip(truths).map(|(value, truth)| {
+                let apart = *value - Rgb::from(*truth);
+                f64::from(apart.length_squared()) / 3.0
+            });
+            // Edges of lamps in view are no matter of reuse.
+            let seen = by_pixel.iter().zip(apart).zip(emission);
+            for (((error, squared), emission), age) in seen.zip(filter.ages()) {
+                if number > 5 && age <= 5.0 && *emission == Rgb::ZERO {
                     errors.young[0] += error * error;
-                    errors.young[1] += 1.0;
+                    errors.young[1] += squared;
+                    errors.young[2] += 1.0;
                 }
             }
+        }
+        for (name, figure) in method.figures() {
+            *errors.figures.entry(name).or_default() += figure;
         }
         Ok(filtered)
     }
 }
 
-/// A row for each method, with a camera that moves by this share of the scene's size.
-fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Value>, Failure> {
+/// A row for each method, with a camera that moves or not.
+fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Failure> {
     let mut rows = Vec::new();
-    let mut description = description(arguments, name)?;
+    let description = description(arguments, name)?;
     let scene = Scene::new(&description)?;
-    let per_frame = moves.map(|share| {
-        let right = -description.camera.to_world.matrix3.x_axis.normalize();
-        Vec3::from(right) * share * scene.extent()
-    });
+    let path = CameraPath::of(arguments, &scene, &description, moves);
     let last = arguments.frames - 1;
-    let motion = match per_frame {
-        Some(per_frame) => CameraMotion::translation(per_frame)?,
+    let motion = match path {
+        Some(path) => path.motion(&description)?,
         None => CameraMotion::STILL,
     };
-    description.camera.to_world.translation += Vec3A::from(per_frame.unwrap_or(Vec3::ZERO) * last as f32);
-    let moved = Scene::new(&description)?;
+    let mut moved = description.clone();
+    if let Some(path) = path {
+        path.apply(&mut moved, last);
+    }
+    let moved = Scene::new(&moved)?;
     let size = [arguments.size[0], arguments.size[1]];
     let never = AtomicBool::new(false);
     let reference = match arguments.reference.as_slice() {
@@ -401,13 +478,12 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
         let mut errors = Errors::default();
         let mut filtered = Vec::new();
         for repeat in 0..arguments.repeats {
-            let mut chain: Box<dyn FrameMethod + '_> = match per_frame {
-                Some(per_frame) if is_plain => Box::new(Moving {
+            let mut chain: Box<dyn FrameMethod + '_> = match path {
+                Some(path) if is_plain => Box::new(Moving {
                     method,
                     samples,
                     description: &description,
-                    per_frame,
-                    last,
+                    path,
                 }),
                 _ => study.started(stage, method, samples)?,
             };
@@ -424,9 +500,14 @@ fn run(arguments: &Arguments, name: &str, moves: Option<f32>) -> Result<Vec<Valu
             let [raw, filtered] = errors.flip.map(|sum| sum / errors.frames);
             (row["flip"], row["filtered_flip"]) = (json!(raw), json!(filtered));
         }
-        if errors.young[1] > 0.0 {
-            row["young_rel_mse"] = json!(errors.young[0] / errors.young[1]);
-            row["young_pixels"] = json!(errors.young[1] / errors.frames);
+        let [young_rel_mse, young_mse, young] = errors.young;
+        if young > 0.0 {
+            row["young_rel_mse"] = json!(young_rel_mse / young);
+            row["young_mse"] = json!(young_mse / young);
+            row["young_pixels"] = json!(young / errors.frames);
+        }
+        for (name, figure) in &errors.figures {
+            row[name] = json!(figure / f64::from(arguments.repeats));
         }
         if arguments.covariance > 1 {
             let mut chain = study.started(stage, method, samples)?;
@@ -474,11 +555,9 @@ fn table(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     let path = Path::new(name);
     let folder = path.parent().and_then(Path::file_name);
     let title = folder.map_or(name.into(), |folder| folder.to_string_lossy());
-    let cameras = [("still", None), ("moving", arguments.moves)];
-    for (camera, moves) in cameras
-        .into_iter()
-        .filter(|(camera, moves)| *camera == "still" || moves.is_some())
-    {
+    let is_moving = arguments.moves.is_some() || arguments.pan.is_some();
+    let cameras = [("still", false), ("moving", true)];
+    for (camera, moves) in cameras.into_iter().filter(|(_, moves)| !moves || is_moving) {
         let rows = run(arguments, name, moves)?;
         let errors = [
             ("raw", "rel_mse", 1.0),
@@ -517,7 +596,7 @@ fn study(arguments: &Arguments) -> Result<(), Failure> {
     for name in &arguments.scenes {
         match arguments.table {
             true => table(arguments, name)?,
-            false => drop(run(arguments, name, arguments.moves)?),
+            false => drop(run(arguments, name, true)?),
         }
     }
     Ok(())

@@ -249,6 +249,9 @@ impl<S: EmitterSampler + Copy + Send> FrameMethod for CachedPaths<'_, S> {
             ("cache_passes", f64::from(self.report.passes)),
             ("cache_rays", self.update_rays as f64),
         ];
+        if self.options.cache.refinement.is_some() {
+            figures.push(("cache_split", self.report.split as f64));
+        }
         if let Some((field, _)) = &self.guide {
             figures.push(("guide_regions", field.learnt_regions() as f64));
             figures.push(("guide_share", f64::from(field.mean_share())));

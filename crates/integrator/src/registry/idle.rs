@@ -2,9 +2,9 @@
 
 use super::option::{MethodOption, MethodValues};
 use super::options::{
-    CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_SURVIVAL, GUIDE, GUIDE_ALWAYS, GUIDE_BITS,
-    GUIDE_BORDERS, GUIDE_SCATTER, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD,
-    VISIBLE, WORLD_CELLS, WORLD_READS,
+    CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP, GUIDE,
+    GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_SCATTER, GUIDE_TRAINING, PAIRS, SHADOW_FILTER,
+    SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP, WORLD_CELLS, WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -32,18 +32,19 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
                 &CACHE_ALWAYS,
                 &CACHE_CELLS,
                 &CACHE_BORDERS,
+                &CACHE_REFINE,
                 &CACHE_SURVIVAL,
             ],
             cached,
             "without --cache",
         ),
         (
-            &[&WORLD_CELLS, &WORLD_READS],
+            &[&WORLD_CELLS, &WORLD_CAP, &WORLD_BRING, &WORLD_READS],
             world.is_some(),
             "without --reservoirs world or both",
         ),
         (
-            &[&PAIRS],
+            &[&PAIRS, &CAP],
             world.is_none_or(|(_, both)| both),
             "with --reservoirs world",
         ),

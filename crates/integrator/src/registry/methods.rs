@@ -46,6 +46,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::CACHE_ALWAYS,
             options::CACHE_CELLS,
             options::CACHE_BORDERS,
+            options::CACHE_REFINE,
             options::CACHE_SURVIVAL,
         ],
         start: path,
@@ -166,6 +167,8 @@ pub static METHODS: &[MethodEntry] = &[
             options::MUTATIONS,
             options::RESERVOIRS,
             options::WORLD_CELLS,
+            options::WORLD_CAP,
+            options::WORLD_BRING,
             options::WORLD_READS,
         ],
         start: |stage, values, motion| {
@@ -193,6 +196,8 @@ pub static METHODS: &[MethodEntry] = &[
             options::VISIBLE,
             options::RESERVOIRS,
             options::WORLD_CELLS,
+            options::WORLD_CAP,
+            options::WORLD_BRING,
             options::WORLD_READS,
         ],
         start: |stage, values, motion| {
@@ -209,7 +214,16 @@ pub static METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
+        options: &[
+            options::LIGHTS,
+            options::POINTS,
+            options::VISIBLE,
+            options::RESERVOIRS,
+            options::WORLD_CELLS,
+            options::WORLD_CAP,
+            options::WORLD_BRING,
+            options::WORLD_READS,
+        ],
         start: |stage, values, motion| {
             let knows_the_point = values
                 .light_choosing()
@@ -222,6 +236,7 @@ pub static METHODS: &[MethodEntry] = &[
             if knows_the_point {
                 settings.emitter_candidates = CHOSEN_CANDIDATES;
             }
+            let settings = in_world(values, settings);
             let method = RestirGi::new(stage.scene(), any_emitters(stage, values)?, settings);
             frames(method.map(|method| method.with_motion(motion.camera)))
         },
@@ -241,6 +256,11 @@ pub static METHODS: &[MethodEntry] = &[
             options::PAIRS,
             options::DIRECT_SAMPLES,
             options::CAP,
+            options::RESERVOIRS,
+            options::WORLD_CELLS,
+            options::WORLD_CAP,
+            options::WORLD_BRING,
+            options::WORLD_READS,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -249,6 +269,12 @@ pub static METHODS: &[MethodEntry] = &[
             }
             options.direct_samples = values.direct_samples(options.direct_samples);
             options.temporal_cap = values.temporal_cap(options.temporal_cap);
+            if let Some((world, both)) = values.world_reuse() {
+                options.world = Some(world);
+                if !both {
+                    (options.temporal_cap, options.rounds) = (None, 0);
+                }
+            }
             restir_pt(stage, values, motion, options)
         },
     },
@@ -391,19 +417,24 @@ fn restir_di<'b>(
     motion: Motion<'b>,
     settings: RestirDiSettings,
 ) -> Start<'b> {
-    let mut settings = RestirDiSettings {
+    let settings = RestirDiSettings {
         points: values.points(),
         visible_emission: values.visible_emission(),
-        ..settings
+        ..in_world(values, settings)
     };
+    let method = RestirDi::new(stage.scene(), any_emitters(stage, values)?, settings);
+    frames(method.map(|method| method.with_motion(motion.camera)))
+}
+
+/// With reservoirs where the options say.
+fn in_world(values: &MethodValues, mut settings: RestirDiSettings) -> RestirDiSettings {
     if let Some((world, both)) = values.world_reuse() {
         settings.world = Some(world);
         if !both {
             (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
         }
     }
-    let method = RestirDi::new(stage.scene(), any_emitters(stage, values)?, settings);
-    frames(method.map(|method| method.with_motion(motion.camera)))
+    settings
 }
 
 fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {

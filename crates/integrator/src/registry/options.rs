@@ -6,6 +6,7 @@ use crate::{
     MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
     RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
 };
+use lightshed_caching::Refinement;
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
 use lightshed_resampling::PairedPattern;
@@ -160,6 +161,15 @@ pub const CACHE_CELLS: MethodOption = MethodOption::new(
     "Side of the cells of --cache, seen from the camera, in radians; rounded down to a power of two times the finest",
 );
 
+/// Cells of a cache that are split.
+pub const CACHE_REFINE: MethodOption = MethodOption::new(
+    "cache-refine",
+    "LEVELS",
+    "0",
+    |text| within(text, 0..=lightshed_caching::MAX_REFINEMENT),
+    "How often cells of --cache are halved where their own bias dominates",
+);
+
 /// Cells of a cache that are not interpolated.
 pub const CACHE_BORDERS: MethodOption = MethodOption::switch(
     "cache-borders",
@@ -267,6 +277,24 @@ pub const WORLD_CELLS: MethodOption = MethodOption::new(
     any::<f32>,
     "Side of the cells of --reservoirs world, in pixels of the middle of the image, rounded down to a power of two times \
      the finest",
+);
+
+/// How far cells are trusted.
+pub const WORLD_CAP: MethodOption = MethodOption::new(
+    "world-cap",
+    "M",
+    "320",
+    any::<f32>,
+    "Most confidence of what a cell holds, in candidates of a pixel and frame",
+);
+
+/// Pixels that bring something to a cell.
+pub const WORLD_BRING: MethodOption = MethodOption::new(
+    "world-bring",
+    "N",
+    "16",
+    any::<u32>,
+    "Most pixels of a frame whose candidates a cell takes",
 );
 
 /// Reservoirs that a pixel reads.
@@ -508,6 +536,13 @@ impl MethodValues {
         options.passes = self.get(&CACHE_PASSES).unwrap_or(options.passes);
         options.every_frame = self.is_on(&CACHE_ALWAYS);
         options.cache.cells.growth = self.get(&CACHE_CELLS).unwrap_or(options.cache.cells.growth);
+        options.cache.refinement = match self.get(&CACHE_REFINE).unwrap_or(0) {
+            0 => None,
+            levels => Some(Refinement {
+                levels,
+                ..Refinement::default()
+            }),
+        };
         options.jitter = !self.is_on(&CACHE_BORDERS);
         options.survival = self.get(&CACHE_SURVIVAL).unwrap_or(options.survival);
         options.points = self.points();
@@ -559,6 +594,8 @@ impl MethodValues {
         let mut reuse = WorldReuse::default();
         reuse.cell_pixels = self.get(&WORLD_CELLS).unwrap_or(reuse.cell_pixels);
         reuse.reads = self.get(&WORLD_READS).unwrap_or(reuse.reads);
+        reuse.contributors = self.get(&WORLD_BRING).unwrap_or(reuse.contributors);
+        reuse.confidence_cap = self.get(&WORLD_CAP).unwrap_or(reuse.confidence_cap);
         Some((reuse, both))
     }
 

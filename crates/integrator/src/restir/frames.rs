@@ -196,6 +196,11 @@ where
         }
     }
 
+    /// The next frame finds nothing held.
+    pub fn forget(&mut self) {
+        self.held.fill_with(|| Reservoir::empty(0.0));
+    }
+
     /// Leaves the frame's reservoirs to the next one.
     pub fn keep(&mut self) {
         std::mem::swap(&mut self.now, &mut self.held);

@@ -5,6 +5,7 @@ use super::frames::{Reservoirs, TwoFrames, extent_of, in_batches};
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
 use super::passes::{PASSES, Pass};
 use super::primary::Primary;
+use super::world::{WorldCells, held_figures};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
@@ -53,6 +54,11 @@ const RADIUS: f32 = 0.1;
 ///
 /// Spatial reuse does not enter the next frame: history holds temporal reuse alone.
 ///
+/// With reservoirs in cells of space ([`RestirDiSettings::world`]), sample points have cells of
+/// their own besides those of direct light. Cells merge with the usual MIS weights, occlusion
+/// included; pixels read them by the weights above. Settings without temporal reuse, or without
+/// rounds of spatial reuse, leave these out for sample points, too, but only beside cells.
+///
 /// ```
 /// use lightshed_integrator::{RestirDiSettings, RestirGi};
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
@@ -78,6 +84,10 @@ pub struct RestirGi<'a, S = EmittersByPower<'a>> {
     pixels: TwoFrames<Vec<Option<IndirectPixel>>>,
     /// Their reservoirs: only temporal, because spatial reuse does not enter the next frame.
     reservoirs: Reservoirs<IndirectPixel>,
+    /// What cells of space hold.
+    cells: Option<WorldCells<IndirectPixel>>,
+    /// Whether pixels reuse in time, and in space.
+    reuses: [bool; 2],
 }
 
 impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
@@ -87,7 +97,12 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
     /// See [`RestirDiError`]: of the settings for direct light.
     pub fn new(scene: &'a Scene, sampler: S, direct: RestirDiSettings) -> Result<Self, RestirDiError> {
         let radius = (RADIUS * scene.settings().width as f32).max(1.0);
+        let cells = direct.world.map(|world| WorldCells::new(scene, &world));
+        let cells = cells.transpose().map_err(RestirDiError::World)?;
+        let reuses = [direct.temporal_reuse, direct.spatial_rounds > 0];
         Ok(Self {
+            reuses: reuses.map(|reuses| reuses || cells.is_none()),
+            cells: cells.map(WorldCells::further),
             direct: RestirDi::new(scene, sampler.clone(), direct)?,
             transport: Transport::new(scene, sampler),
             motion: CameraMotion::STILL,
@@ -106,6 +121,21 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
             direct: self.direct.with_motion(motion),
             ..self
         }
+    }
+
+    /// As [`RestirDi::change_scene`], sample points included.
+    ///
+    /// # Errors
+    /// See [`RestirDiError`].
+    pub fn change_scene(&mut self, scene: &'a Scene, sampler: S) -> Result<(), RestirDiError> {
+        self.direct.change_scene(scene, sampler.clone())?;
+        if let Some(world) = self.direct.world_reuse() {
+            let cells = WorldCells::new(scene, &world).map_err(RestirDiError::World)?;
+            self.cells = Some(cells.further());
+        }
+        self.transport = Transport::new(scene, sampler);
+        self.reservoirs.forget();
+        Ok(())
     }
 
     fn extent(&self) -> Extent {
@@ -189,12 +219,14 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         }
     }
 
-    /// Temporal reuse of the current `reservoirs`, which then hold the result.
+    /// All reuse of a frame. `reservoirs` then has the result, and what is kept for the next frame.
     fn reuse(
         &self,
         numbers: FrameNumbers,
         frame: u32,
         reservoirs: &mut Reservoirs<IndirectPixel>,
+        cells: Option<&mut WorldCells<IndirectPixel>>,
+        cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
         let (extent, pixels) = (self.extent(), self.pixels.of(frame));
         let shift = |visibility| ToSender {
@@ -203,7 +235,17 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
             visibility,
         };
         let (in_time, in_space) = (shift(false), shift(true));
-        if frame > 0 {
+        let [is_temporal, is_spatial] = self.reuses;
+        let cells = match cells {
+            Some(cells) => {
+                let visits = cells.visit(numbers, pixels);
+                let rule = MergeRule::new(&in_space);
+                cells.update(numbers, &visits, pixels, &reservoirs.now, rule)?;
+                Some(cells)
+            }
+            None => None,
+        };
+        if frame > 0 && is_temporal {
             let camera = self.motion.camera(self.transport.scene, frame - 1);
             let before = self.pixels.of(frame - 1);
             let seen_at = |pixel: usize, _: &[IndirectReservoir]| {
@@ -218,9 +260,19 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         let pattern = self.pattern.over(extent, numbers.key(KEY));
         let neighbours = pattern.filtered(|own, other| alike(&pixels[own], &pixels[other]));
         let choose = |pixel| numbers.pass(Pass::IndirectSpatial).pixel(pixel);
+        let in_space = Reuse::new(pixels, rule(&in_space));
         reservoirs.now.resize(extent.len(), IndirectReservoir::empty(0.0));
+        if let Some(cells) = cells {
+            let (links, choose_cells) = (cells.links(numbers, pixels), cells.choose(numbers));
+            reservoirs.now.clone_from(&reservoirs.held);
+            reservoirs.linked(&in_space, cells.history(), links, choose_cells)?;
+            return match is_spatial {
+                true => reservoirs.in_space(&in_space, 1, |_| &neighbours, |_, pixel| choose(pixel), cancel),
+                false => Ok(()),
+            };
+        }
         let Reservoirs { now, held, .. } = reservoirs;
-        Reuse::new(pixels, rule(&in_space)).spatial(neighbours, held, now, choose)
+        in_space.spatial(neighbours, held, now, choose)
     }
 
     /// Adds `f(x₁) |cos θ| L̂ W` to each pixel.
@@ -357,10 +409,16 @@ impl<S: EmitterSampler + Clone + Send> FrameMethod for RestirGi<'_, S> {
         let done = in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
             self.sample_senders((frame, seed), numbers, first, pixels, reservoirs, image);
         });
+        let mut cells = self.cells.take();
         // Fails for slices of other lengths only.
-        if done && self.reuse(numbers, frame, &mut reservoirs).is_ok() {
+        if done
+            && self
+                .reuse(numbers, frame, &mut reservoirs, cells.as_mut(), cancel)
+                .is_ok()
+        {
             self.shade(frame, &reservoirs.now, image);
         }
+        self.cells = cells;
         self.reservoirs = reservoirs;
         counts += self.tally.take();
         (!cancel.load(Ordering::Relaxed)).then_some(counts)
@@ -368,5 +426,16 @@ impl<S: EmitterSampler + Clone + Send> FrameMethod for RestirGi<'_, S> {
 
     fn is_still(&self) -> bool {
         self.motion.is_still()
+    }
+
+    /// How many different sample points pixels hold after the last frame, and what their cells do.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let held = self.reservoirs.held.iter().filter_map(|held| held.sample());
+        let mut keys: Vec<_> = held
+            .map(|sender| sender.point.position.to_array().map(f32::to_bits))
+            .collect();
+        let mut figures = held_figures(&mut keys);
+        figures.extend(self.cells.iter().flat_map(WorldCells::figures));
+        figures
     }
 }

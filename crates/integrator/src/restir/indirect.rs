@@ -44,6 +44,8 @@ impl Sender {
 pub(crate) struct IndirectPixel {
     pub point: SurfacePoint,
     pub outlook: Outlook,
+    /// Whether the side is seen to which the geometric normal points.
+    pub outward: bool,
 }
 
 impl IndirectPixel {
@@ -51,6 +53,7 @@ impl IndirectPixel {
         Self {
             point: primary.point,
             outlook: primary.outlook(),
+            outward: primary.sees_outside(),
         }
     }
 
@@ -120,7 +123,12 @@ mod tests {
             normal: point.shading.normal,
             distance: 1.0,
         };
-        IndirectPixel { point, outlook }
+        let outward = true;
+        IndirectPixel {
+            point,
+            outlook,
+            outward,
+        }
     }
 
     #[derive(Clone, Copy, Debug, PartialEq)]

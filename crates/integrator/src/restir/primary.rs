@@ -40,6 +40,12 @@ impl Primary {
         self.outlook().resembles(&other.outlook())
     }
 
+    /// Whether the side is seen to which the geometric normal points.
+    pub fn sees_outside(&self) -> bool {
+        let point = &self.point;
+        point.shading.to_world(self.wo).dot(point.geometric_normal) >= 0.0
+    }
+
     pub fn outlook(&self) -> Outlook {
         Outlook {
             position: self.point.position,

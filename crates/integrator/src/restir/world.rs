@@ -1,13 +1,13 @@
 //! Reservoirs in cells of space: what a frame's pixels bring and read.
 
-use super::frames::FrameView;
+use super::indirect::{IndirectPixel, Sender};
 use super::primary::Primary;
 use lightshed_caching::{
     CachingError, WorldDomain, WorldLinks, WorldReads, WorldReport, WorldReservoirOptions, WorldReservoirs,
     WorldVisits,
 };
 use lightshed_resampling::{
-    DomainReservoir, Domains, History, MergeRule, Reservoir, ReuseError, ShiftMapping,
+    DistinctSamples, DomainReservoir, Domains, History, MergeRule, Reservoir, ReuseError, ShiftMapping,
 };
 use lightshed_sampling::{CounterRng, FrameNumbers, PassNumbers};
 use lightshed_scene::Scene;
@@ -113,16 +113,17 @@ enum WorldPass {
     Merge,
 }
 
-impl WorldPass {
-    fn numbers(self, frame: FrameNumbers) -> PassNumbers {
-        frame.pass(self as u32).reservoir(2)
-    }
-}
+/// What passes in world space are.
+const PASSES: u32 = WorldPass::Merge as u32 + 1;
 
 /// The cells of a method, and how they are used.
 pub(super) struct WorldCells<D: WorldDomain> {
     reservoirs: WorldReservoirs<D>,
     reads: WorldReads,
+    /// Greatest confidence of a cell.
+    cap: f32,
+    /// Number of these among all cells of the method, which have random numbers of their own.
+    number: u32,
     report: WorldReport,
 }
 
@@ -136,31 +137,47 @@ where
         Ok(Self {
             reservoirs: WorldReservoirs::new(reuse.options(scene))?,
             reads: WorldReads::new(reuse.reads)?,
+            cap: reuse.confidence_cap,
+            number: 0,
             report: WorldReport::default(),
         })
+    }
+
+    /// With random numbers of their own beside the first cells of a method.
+    pub fn further(self) -> Self {
+        Self {
+            number: self.number + 1,
+            ..self
+        }
+    }
+
+    fn numbers(&self, pass: WorldPass, frame: FrameNumbers) -> PassNumbers {
+        frame.pass(pass as u32 + PASSES * self.number).reservoir(2)
     }
 
     /// A frame begins: which of `pixels` belongs where.
     pub fn visit(
         &mut self,
-        view: FrameView<'_>,
+        frame: FrameNumbers,
         pixels: &(impl Domains<Domain = D> + ?Sized),
     ) -> WorldVisits {
-        let numbers = WorldPass::Rank.numbers(view.numbers);
+        let numbers = self.numbers(WorldPass::Rank, frame);
         self.reservoirs
             .visit(pixels, |pixel| numbers.pixel(pixel).next_u32())
     }
 
-    /// Cells merge what pixels bring.
+    /// Cells merge what pixels bring, by `rule`; they are trusted as far as the cells' own cap
+    /// says.
     pub fn update<T: ShiftMapping<D> + Sync>(
         &mut self,
-        view: FrameView<'_>,
+        frame: FrameNumbers,
         visits: &WorldVisits,
         pixels: &(impl Domains<Domain = D> + ?Sized),
         fresh: &[DomainReservoir<D>],
-        rule: &MergeRule<T>,
+        rule: MergeRule<T>,
     ) -> Result<(), ReuseError> {
-        let numbers = WorldPass::Cells.numbers(view.numbers);
+        let rule = &rule.with_confidence_cap(self.cap);
+        let numbers = self.numbers(WorldPass::Cells, frame);
         let choose = |slot: u32| numbers.pixel(slot as usize);
         self.report = self.reservoirs.update(visits, pixels, fresh, rule, choose)?;
         Ok(())
@@ -169,17 +186,17 @@ where
     /// What pixels read.
     pub fn links<'b, Ds: Domains<Domain = D> + ?Sized>(
         &'b self,
-        view: FrameView<'_>,
+        frame: FrameNumbers,
         pixels: &'b Ds,
     ) -> WorldLinks<'b, D, Ds, impl Fn(usize) -> CounterRng + Sync + use<D, Ds>> {
-        let numbers = WorldPass::Links.numbers(view.numbers);
+        let numbers = self.numbers(WorldPass::Links, frame);
         self.reservoirs
             .links(pixels, self.reads, move |pixel| numbers.pixel(pixel))
     }
 
     /// The random numbers of pixels that merge what they read.
-    pub fn choose(view: FrameView<'_>) -> impl Fn(usize) -> CounterRng + Sync {
-        let numbers = WorldPass::Merge.numbers(view.numbers);
+    pub fn choose(&self, frame: FrameNumbers) -> impl Fn(usize) -> CounterRng + Sync + use<D> {
+        let numbers = self.numbers(WorldPass::Merge, frame);
         move |pixel| numbers.pixel(pixel)
     }
 
@@ -213,12 +230,21 @@ where
     }
 }
 
+/// How many of the samples that pixels hold differ, by their keys.
+pub(super) fn held_figures<K: Ord>(keys: &mut [K]) -> Vec<(&'static str, f64)> {
+    let count = DistinctSamples::count(keys);
+    vec![
+        ("held_samples", count.samples as f64),
+        ("distinct_samples", count.distinct as f64),
+        ("effective_samples", count.effective),
+    ]
+}
+
 impl WorldDomain for Primary {
     /// On the side that is seen. A surface that no endpoint can light takes no part.
     fn site(&self) -> Option<SurfaceSite> {
         let point = &self.point;
-        let outward = point.shading.to_world(self.wo).dot(point.geometric_normal) >= 0.0;
-        let normal = match outward {
+        let normal = match self.sees_outside() {
             true => point.geometric_normal,
             false => -point.geometric_normal,
         };
@@ -228,5 +254,20 @@ impl WorldDomain for Primary {
 
     fn is_same(&self, a: &Self::Sample, b: &Self::Sample) -> bool {
         a.endpoint == b.endpoint
+    }
+}
+
+impl WorldDomain for IndirectPixel {
+    /// On the side that is seen.
+    fn site(&self) -> Option<SurfaceSite> {
+        let normal = match self.outward {
+            true => self.point.geometric_normal,
+            false => -self.point.geometric_normal,
+        };
+        Some(SurfaceSite::new(self.point.position, normal).with_eye_distance(self.outlook.distance))
+    }
+
+    fn is_same(&self, a: &Sender, b: &Sender) -> bool {
+        a.point.position == b.point.position && a.radiance == b.radiance
     }
 }

@@ -31,6 +31,9 @@ impl LevelGridOptions {
     }
 }
 
+/// Most levels below the finest one of sites.
+const MAX_FINER_LEVELS: u32 = 8;
+
 /// Cubic cells whose side doubles with the distance from the eye, separated by the direction that
 /// surfaces face.
 ///
@@ -44,6 +47,8 @@ pub struct LevelGrid {
     options: LevelGridOptions,
     /// `g / s`.
     per_distance: f32,
+    /// Levels below the one that is called the finest.
+    below: u32,
 }
 
 impl LevelGrid {
@@ -63,7 +68,22 @@ impl LevelGrid {
             finest: CubicGrid::new(DVec3::ZERO, f64::from(cell)),
             options,
             per_distance: growth / cell,
+            below: 0,
         })
+    }
+
+    /// The same cells, with `levels` finer levels below, at most 8: level 0 has the side
+    /// `s / 2^levels`, and sites are at level `levels` at least. Cells can be split by
+    /// [`at_level`](Self::at_level).
+    #[must_use]
+    pub fn with_finer_levels(self, levels: u32) -> Self {
+        let below = levels.min(MAX_FINER_LEVELS);
+        let finest = f64::from(self.options.cell) / f64::from(1u32 << below);
+        Self {
+            finest: CubicGrid::new(DVec3::ZERO, finest),
+            below,
+            ..self
+        }
     }
 
     /// The options.
@@ -71,15 +91,15 @@ impl LevelGrid {
         &self.options
     }
 
-    /// The level of cells at a distance from the eye; the finest level if the value is not a
-    /// distance.
+    /// The level of cells at a distance from the eye; the finest level of sites if the value is not
+    /// a distance.
     #[inline(always)]
     pub fn level(&self, eye_distance: f32) -> u32 {
         let sides = eye_distance * self.per_distance;
         // NaN and values below 1 have exponents that are not above 127, or a sign.
         match sides > 1.0 {
-            true => ((sides.to_bits() >> 23) - 127).min(LEVELS - 1),
-            false => 0,
+            true => ((sides.to_bits() >> 23) - 127 + self.below).min(LEVELS - 1),
+            false => self.below,
         }
     }
 
@@ -94,10 +114,16 @@ impl LevelGrid {
     /// expectation. Sites without a normal do not move.
     #[inline]
     pub fn jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> SurfaceSite {
+        self.jittered_at(site, self.level(site.eye_distance), u)
+    }
+
+    /// The same by up to half a cell of another level.
+    #[inline]
+    pub fn jittered_at(&self, site: &SurfaceSite, level: u32, u: [f32; 2]) -> SurfaceSite {
         if site.normal == Vec3::ZERO {
             return *site;
         }
-        let side = self.side(self.level(site.eye_distance)) as f32;
+        let side = self.side(level) as f32;
         let frame = Frame::from_normal(site.normal);
         let [x, y] = u.map(|u| (u - 0.5) * side);
         SurfaceSite {
@@ -128,11 +154,20 @@ impl SpatialIndex for LevelGrid {
 
     #[inline]
     fn locate(&self, site: &SurfaceSite) -> Option<CellKey> {
+        self.at_level(site, self.level(site.eye_distance))
+    }
+}
+
+impl LevelGrid {
+    /// The cell of a site among those of a level, whatever its distance. A cell of a level lies
+    /// within one cell of the next.
+    #[inline(always)]
+    pub fn at_level(&self, site: &SurfaceSite, level: u32) -> Option<CellKey> {
         let finest = self.finest.in_cells(site.position);
         if !finest.is_finite() {
             return None;
         }
-        let mut level = self.level(site.eye_distance);
+        let mut level = level;
         // Halving is exact; a power of two from its exponent.
         let mut cell = finest * f64::from_bits(u64::from(1023 - level.min(LEVELS)) << 52);
         while cell.abs().max_element() >= REACH - 1.0 {

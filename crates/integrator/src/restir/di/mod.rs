@@ -10,7 +10,7 @@ use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::mutation::mutated;
 use super::passes::{PASSES, Pass};
 use super::primary::{Primary, trace_primaries};
-use super::world::WorldCells;
+use super::world::{WorldCells, WorldReuse, held_figures};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
@@ -20,9 +20,7 @@ use crate::visible_emission::{MOST_EDGES, VisibleFrames};
 use lightshed_caching::{MAX_READS, WorldVisits};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
-use lightshed_resampling::{
-    Contribution, DistinctSamples, Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Topology,
-};
+use lightshed_resampling::{Contribution, Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Topology};
 use lightshed_sampling::parallel;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, Scene};
@@ -105,9 +103,28 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         Self { motion, ..self }
     }
 
+    /// Later frames show another scene, with emitters by its sampler: of the same size, but with
+    /// lights or surfaces that have changed. Everything held is forgotten, in pixels and in cells
+    /// of space, since targets ask the scene as it is now.
+    ///
+    /// # Errors
+    /// See [`RestirDiError`].
+    pub fn change_scene(&mut self, scene: &'a Scene, sampler: S) -> Result<(), RestirDiError> {
+        let world = self.settings.world.map(|world| WorldCells::new(scene, &world));
+        self.world = world.transpose().map_err(RestirDiError::World)?;
+        (self.scene, self.sampler) = (scene, sampler);
+        self.reservoirs.forget();
+        self.visible = VisibleFrames::default();
+        Ok(())
+    }
+
     /// What the pixels of frame `frame`, rendered last, see.
     pub(super) fn pixels(&self, frame: u32) -> &[Option<Primary>] {
         self.pixels.of(frame)
+    }
+
+    pub(super) fn world_reuse(&self) -> Option<WorldReuse> {
+        self.settings.world
     }
 
     fn extent(&self) -> Extent {
@@ -317,7 +334,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             *sum += weighted(part.sample.value, part.weight);
         };
         if let Some(world) = world {
-            let (links, choose) = (world.links(view, pixels), WorldCells::<Primary>::choose(view));
+            let numbers = view.numbers;
+            let (links, choose) = (world.links(numbers, pixels), world.choose(numbers));
             if spatial_rounds == 0 {
                 return reservoirs.linked_shaded(&spatial, world.history(), links, image, shade, choose);
             }
@@ -361,18 +379,18 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             tally: &self.tally,
             visibility: true,
         };
-        let cap = self.settings.world.map_or(0.0, |world| world.confidence_cap);
-        let rule = MergeRule::new(&shift).with_confidence_cap(cap);
         let pixels = self.pixels(view.number);
         // Fails for slices of other lengths only.
-        world.update(view, visits, pixels, fresh, &rule).is_ok()
+        world
+            .update(view.numbers, visits, pixels, fresh, MergeRule::new(&shift))
+            .is_ok()
     }
 
     /// Adds to each pixel the mean of `f(Y) W` over the reservoirs of cells that it reads, `f` with
     /// occlusion: **biased**, as the cells' sites need not see what the pixel sees.
     fn shade_by_cells(&self, view: FrameView<'_>, world: &WorldCells<Primary>, image: &mut [Rgb]) {
         let pixels = self.pixels(view.number);
-        let links = world.links(view, pixels);
+        let links = world.links(view.numbers, pixels);
         let batches = pixels.chunks(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
         parallel::for_each(batches, |batch, (pixels, image)| {
             let (mut reads, mut all) = ([(0, 0, 0.0); MAX_BATCH * MAX_READS as usize], 0);
@@ -519,7 +537,7 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         let visits = world
             .as_mut()
             .filter(|_| rays.is_some())
-            .map(|world| world.visit(view, self.pixels(frame)));
+            .map(|world| world.visit(view.numbers, self.pixels(frame)));
         // Who shades by cells alone wants candidates only for them.
         let wanted = visits.as_ref().filter(|_| biased).map(|visits| {
             let mut wanted = vec![false; extent.len()];
@@ -558,12 +576,7 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
     fn figures(&self) -> Vec<(&'static str, f64)> {
         let held = self.reservoirs.held.iter().filter_map(|held| held.sample());
         let mut keys: Vec<_> = held.map(LightSample::key).collect();
-        let count = DistinctSamples::count(&mut keys);
-        let mut figures = vec![
-            ("held_samples", count.samples as f64),
-            ("distinct_samples", count.distinct as f64),
-            ("effective_samples", count.effective),
-        ];
+        let mut figures = held_figures(&mut keys);
         figures.extend(self.world.iter().flat_map(WorldCells::figures));
         figures
     }

@@ -3,11 +3,13 @@
 
 mod direct;
 mod options;
+mod seen;
 
 pub(crate) use direct::{DIRECT_EDGES, DirectLight};
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
 use super::frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
+use super::world::{WorldCells, held_figures};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
@@ -22,11 +24,12 @@ use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
 };
+use seen::{SeenPaths, ShiftSeen};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 type Domain<'a, E> = PathDomain<'a, SceneWorld<'a, E>>;
-type PathReservoir<'a, E> = DomainReservoir<Domain<'a, E>>;
+type PathReservoir<'a, E> = DomainReservoir<SeenPaths<'a, E>>;
 
 /// ReSTIR PT: estimates the light transport equation by paths that pixels share, within a frame and
 /// from frame to frame.
@@ -57,7 +60,9 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     motion: CameraMotion,
     extent: Extent,
     pixels: TwoFrames<PathPixels<'a, E>>,
-    reservoirs: Reservoirs<Domain<'a, E>>,
+    reservoirs: Reservoirs<SeenPaths<'a, E>>,
+    /// What cells of space hold.
+    cells: Option<WorldCells<SeenPaths<'a, E>>>,
     /// Beside the resampled paths.
     direct: DirectLight,
 }
@@ -65,7 +70,7 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
 /// What a pixel sees.
 struct PathPixel<'a, E: EmitterSampler> {
     /// The paths behind it.
-    domain: Option<Domain<'a, E>>,
+    domain: Option<SeenPaths<'a, E>>,
     /// Geometric normal at the middle of the pixel, or where the frame's paths start.
     normal: Option<Vec3>,
 }
@@ -98,14 +103,14 @@ impl<E: EmitterSampler> Default for PathPixels<'_, E> {
 }
 
 impl<'a, E: EmitterSampler> Domains for PathPixels<'a, E> {
-    type Domain = Domain<'a, E>;
+    type Domain = SeenPaths<'a, E>;
 
     fn count(&self) -> usize {
         self.0.len()
     }
 
     #[inline(always)]
-    fn domain(&self, index: usize) -> Option<&Domain<'a, E>> {
+    fn domain(&self, index: usize) -> Option<&SeenPaths<'a, E>> {
         self.0.get(index)?.domain.as_ref()
     }
 }
@@ -126,7 +131,7 @@ impl From<Pass> for u32 {
     }
 }
 
-const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX_ROUNDS, 1) {
+const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX_ROUNDS, 3) {
     Ok(passes) => passes,
     Err(_) => panic!("few passes"),
 };
@@ -154,6 +159,10 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             connectability: options.connectability(world.scene())?,
             pattern: options.pattern()?,
             pairs: options.paired()?,
+            cells: match &options.world {
+                Some(reuse) => Some(WorldCells::new(world.scene(), reuse).map_err(RestirPtError::World)?),
+                None => None,
+            },
             motion,
             extent: extent_of(world.scene()),
             pixels: TwoFrames::default(),
@@ -175,12 +184,30 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             extent: self.extent,
             pixels: self.pixels,
             reservoirs: self.reservoirs,
+            cells: self.cells,
             direct: self.direct,
         }
     }
 }
 
 impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> RestirPt<'a, E, S> {
+    /// Later frames show another world: of the same size, but with lights or surfaces that have
+    /// changed. Everything held is forgotten, in pixels and in cells of space: a path keeps the
+    /// radiance that arrives behind its reconnection vertex, and that was the old lights'.
+    ///
+    /// # Errors
+    /// [`RestirPtError`] for options out of range in this world.
+    pub fn change_world(&mut self, world: &'a SceneWorld<'a, E>) -> Result<(), RestirPtError> {
+        self.connectability = self.options.connectability(world.scene())?;
+        if let Some(reuse) = &self.options.world {
+            self.cells = Some(WorldCells::new(world.scene(), reuse).map_err(RestirPtError::World)?);
+        }
+        (self.world, self.extent) = (world, extent_of(world.scene()));
+        self.reservoirs.forget();
+        self.direct = DirectLight::default();
+        Ok(())
+    }
+
     /// The pixels' domains, and emission seen directly. Returns the number of rays, `None` if
     /// cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
@@ -210,7 +237,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         pixel: [x, y],
                     };
                     *value = Rgb::ZERO;
-                    pixel.domain = Some(PathDomain::of_sensor(world, sensor, connectability, max_length));
+                    let paths = PathDomain::of_sensor(world, sensor, connectability, max_length);
+                    pixel.domain = Some(SeenPaths { paths, distance: 0.0 });
                     return;
                 }
                 *value = match &vertex {
@@ -219,8 +247,9 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
-                pixel.domain = vertex.map(|vertex| {
-                    PathDomain::behind(world, vertex, -ray.direction, connectability, max_length)
+                pixel.domain = vertex.zip(hit).map(|(vertex, hit)| SeenPaths {
+                    paths: PathDomain::behind(world, vertex, -ray.direction, connectability, max_length),
+                    distance: hit.t,
                 });
             };
         let numbers = view.numbers.pass(Pass::Camera);
@@ -277,7 +306,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     for (place, pixel) in pixels.iter().enumerate() {
                         if let Some(domain) = &pixel.domain {
                             let rng = &mut streams[place].0;
-                            starts.extend((0..count).map(|_| (domain, PathSeed::draw(rng))));
+                            starts.extend((0..count).map(|_| (&domain.paths, PathSeed::draw(rng))));
                             owners.extend((0..count).map(|_| place));
                         }
                     }
@@ -292,7 +321,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                                 if !pixels[place]
                                     .domain
                                     .as_ref()
-                                    .is_some_and(|domain| domain.can_leave(sample)) =>
+                                    .is_some_and(|domain| domain.paths.can_leave(sample)) =>
                             {
                                 image[place] += sample.contribution() * (weight.value() * share) as f32;
                             }
@@ -310,24 +339,43 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         });
     }
 
+    /// A frame of the cells, if there are any: they merge what pixels bring.
+    fn bring(
+        &self,
+        view: FrameView<'_>,
+        cells: Option<&mut WorldCells<SeenPaths<'a, E>>>,
+        fresh: &[PathReservoir<'a, E>],
+    ) -> Result<(), ReuseError> {
+        let Some(cells) = cells else {
+            return Ok(());
+        };
+        let pixels = self.pixels.of(self.options.kept_frame(view.number));
+        let visits = cells.visit(view.numbers, pixels);
+        let rule = MergeRule::new(ShiftSeen(&self.shift));
+        cells.update(view.numbers, &visits, pixels, fresh, rule)
+    }
+
     /// All reuse of a frame, which shades `image`.
     fn reuse(
         &self,
         view: FrameView<'_>,
-        reservoirs: &mut Reservoirs<Domain<'a, E>>,
+        (reservoirs, cells): (
+            &mut Reservoirs<SeenPaths<'a, E>>,
+            Option<&WorldCells<SeenPaths<'a, E>>>,
+        ),
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
         let (frame, extent) = (view.number, self.extent);
         let pixels = self.pixels.of(self.options.kept_frame(frame));
         let cap = self.options.temporal_cap.unwrap_or(f32::INFINITY);
-        let rule = MergeRule::new(&self.shift).with_confidence_cap(cap);
+        let rule = MergeRule::new(ShiftSeen(&self.shift)).with_confidence_cap(cap);
         if self.options.temporal_cap.is_some() && frame > 0 {
             let before = self.pixels.of(frame - 1);
             let camera = self.motion.camera(self.world.scene(), frame - 1);
             let seen_at = |index: usize, _: &[PathReservoir<'a, E>]| {
                 let pixel = &pixels.0[index];
-                let source = match pixel.domain.as_ref()?.first() {
+                let source = match pixel.domain.as_ref()?.paths.first() {
                     Some((first, _)) if !self.motion.is_still() => {
                         pixel_seeing(&camera, extent, first.point().position)?
                     }
@@ -338,6 +386,17 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             let numbers = view.numbers.pass(Pass::Temporal);
             let in_time = Reuse::new(pixels, rule.with_mis(Mis::Balance));
             reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
+        }
+        let shade_part = |_, part: Contribution<'_, PathSample>, sum: &mut Rgb| {
+            *sum += part.sample.contribution() * part.weight as f32;
+        };
+        if let Some(cells) = cells {
+            let reuse = Reuse::new(pixels, rule);
+            let (links, choose) = (cells.links(view.numbers, pixels), cells.choose(view.numbers));
+            if self.pairs.is_none() && self.pattern.is_none() {
+                return reservoirs.linked_shaded(&reuse, cells.history(), links, image, shade_part, choose);
+            }
+            reservoirs.linked(&reuse, cells.history(), links, choose)?;
         }
         if let Some(pairs) = self.pairs {
             let reuse = Reuse::new(pixels, rule);
@@ -365,11 +424,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         // There is a pattern only where there are rounds.
         let last = self.options.rounds.saturating_sub(1);
         reservoirs.in_space(&in_space, last, neighbours, choose, cancel)?;
-        let shade = |_, part: Contribution<'_, PathSample>, sum: &mut Rgb| {
-            *sum += part.sample.contribution() * part.weight as f32;
-        };
         let choose = |pixel| choose(last, pixel);
-        reservoirs.in_space_shaded(&in_space, neighbours(last), image, shade, choose)
+        reservoirs.in_space_shaded(&in_space, neighbours(last), image, shade_part, choose)
     }
 }
 
@@ -410,8 +466,15 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         let mut reservoirs = std::mem::take(&mut self.reservoirs);
         reservoirs.begin(self.extent.len());
         self.resample_candidates(view, &mut reservoirs.now, image, cancel);
+        let mut cells = self.cells.take();
         // Fails for slices of other lengths only.
-        let done = seen.is_some() && !cancelled() && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
+        let done = seen.is_some()
+            && !cancelled()
+            && self.bring(view, cells.as_mut(), &reservoirs.now).is_ok()
+            && self
+                .reuse(view, (&mut reservoirs, cells.as_ref()), image, cancel)
+                .is_ok();
+        self.cells = cells;
         reservoirs.keep();
         self.reservoirs = reservoirs;
         if !done || cancelled() {
@@ -422,5 +485,23 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
 
     fn is_still(&self) -> bool {
         self.motion.is_still()
+    }
+
+    /// How many different paths pixels hold after the last frame, and what cells do.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let held = self.reservoirs.held.iter().filter_map(|held| held.sample());
+        let mut keys: Vec<_> = held
+            .map(|path| {
+                let anatomy = path.anatomy();
+                (
+                    path.seed().bits(),
+                    anatomy.length,
+                    anatomy.ends_at_sampled_emitter,
+                )
+            })
+            .collect();
+        let mut figures = held_figures(&mut keys);
+        figures.extend(self.cells.iter().flat_map(WorldCells::figures));
+        figures
     }
 }

@@ -1,6 +1,8 @@
 //! Options of ReSTIR PT.
 
 use crate::MAX_DIRECT_SAMPLES;
+use crate::restir::world::WorldReuse;
+use lightshed_caching::CachingError;
 use lightshed_resampling::{PairedPattern, Pattern, PatternError};
 use lightshed_sampling::PointSet;
 use lightshed_scene::{Material, Scene};
@@ -70,6 +72,11 @@ pub struct RestirPtOptions {
     /// many pixels, a power of two; `None` for the neighbourhood. A shift serves two pixels, but
     /// the last round shades by the single remaining sample, not by the sum over all.
     pub pairs: Option<u32>,
+    /// Reservoirs in cells of space, which pixels read after reuse from the frame before and before
+    /// spatial reuse; without rounds of the latter they shade by the sum over what they read. A
+    /// cell keeps its site, the whole space of paths behind what one of its pixels saw, and is
+    /// merged by the same shift: unbiased. Not for paths that start at the sensor.
+    pub world: Option<WorldReuse>,
 }
 
 /// Why options are refused.
@@ -86,6 +93,10 @@ pub enum RestirPtError {
     TemporalCap(f32),
     /// Temporal reuse of paths that start at the sensor.
     TemporalSensor,
+    /// Cells of space for paths that start at the sensor, which have no place.
+    WorldSensor,
+    /// Cells of space are refused.
+    World(CachingError),
     /// A least roughness outside of `(0, 1]`.
     Roughness(f32),
     /// A least distance outside of `[0, 1]`.
@@ -113,6 +124,10 @@ impl fmt::Display for RestirPtError {
             Self::TemporalSensor => {
                 f.write_str("paths that start at the sensor cannot be reused from the frame before")
             }
+            Self::WorldSensor => {
+                f.write_str("paths that start at the sensor cannot be reused from cells of space")
+            }
+            Self::World(error) => error.fmt(f),
             Self::Roughness(alpha) => write!(f, "a least roughness of {alpha} does not lie in (0, 1]"),
             Self::DirectSamples(count) => {
                 write!(
@@ -147,6 +162,7 @@ impl RestirPtOptions {
             points: PointSet::Independent,
             visible_emission: false,
             pairs: None,
+            world: None,
         }
     }
 
@@ -234,6 +250,12 @@ impl RestirPtOptions {
         }
         if self.temporal_cap.is_some() && self.path_starts_at_sensor {
             return Err(RestirPtError::TemporalSensor);
+        }
+        if let Some(world) = &self.world {
+            world.check().map_err(RestirPtError::World)?;
+            if self.path_starts_at_sensor {
+                return Err(RestirPtError::WorldSensor);
+            }
         }
         if !(0.0..=1.0).contains(&self.min_distance) {
             return Err(RestirPtError::Distance(self.min_distance));

@@ -58,6 +58,8 @@ pub enum RestirSuffixError {
     Spacing(u32),
     /// No leaves to search.
     SearchLeaves,
+    /// Suffixes have no cells of space.
+    World,
     /// A search radius or a scale of normals that is negative, infinite or NaN.
     Search(f32),
 }
@@ -89,6 +91,7 @@ impl fmt::Display for RestirSuffixError {
             Self::PrefixCap(cap) => write!(f, "a confidence cap of {cap} for prefixes is not at least 1"),
             Self::Borrowed(count) => write!(f, "{count} borrowed suffixes are more than {MAX_BORROWED}"),
             Self::Spacing(side) => write!(f, "a spacing of {side} pixels is not between 1 and {MAX_SPACING}"),
+            Self::World => f.write_str("suffixes are not reused from cells of space"),
             Self::SearchLeaves => write!(f, "a search looks at one leaf at least"),
             Self::Search(share) => write!(
                 f,
@@ -155,6 +158,9 @@ impl RestirSuffixOptions {
         scene: &Scene,
     ) -> Result<(Connectability, Connectability, FinalGather), RestirSuffixError> {
         let connectability = self.suffixes.connectability(scene)?;
+        if self.suffixes.world.is_some() {
+            return Err(RestirSuffixError::World);
+        }
         if !(self.prefix_cap >= 1.0) {
             return Err(RestirSuffixError::PrefixCap(self.prefix_cap));
         }

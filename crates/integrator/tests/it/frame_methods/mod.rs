@@ -14,3 +14,4 @@ mod restir_volume;
 mod scenes;
 mod volume_motion;
 mod world;
+mod world_paths;

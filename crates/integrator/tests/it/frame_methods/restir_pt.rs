@@ -21,7 +21,7 @@ use lightshed_shift::{
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::atomic::AtomicBool;
 
-type Domain<'w> = PathDomain<'w, SceneWorld<'w>>;
+pub type Domain<'w> = PathDomain<'w, SceneWorld<'w>>;
 
 /// What is done wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,7 +127,7 @@ fn scenes() -> [(&'static str, Scene); 2] {
     ]
 }
 
-fn truth(scene: &Scene, images: u32) -> Ensemble {
+pub fn truth(scene: &Scene, images: u32) -> Ensemble {
     let size = [scene.settings().width, scene.settings().height];
     Ensemble::of_estimator(
         &PathTracer::new(scene, scene.emitters_by_power()),
@@ -371,7 +371,7 @@ fn frame(scene: &Scene, options: RestirPtOptions, threads: usize) -> (Vec<Rgb>, 
 
 /// A Cornell box in small whose lamp shines on the ceiling, so that nothing else has light but from
 /// there.
-fn lit_by_the_ceiling(side: u32) -> Scene {
+pub fn lit_by_the_ceiling(side: u32) -> Scene {
     let mut description = small_description(builtin::cornell(), side);
     description.settings.max_depth = Some(4);
     for shape in &mut description.shapes {
