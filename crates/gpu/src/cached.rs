@@ -75,6 +75,11 @@ pub(crate) fn check_cache(options: &CachedPathsOptions) -> Result<(), GpuError> 
             "on the device a cache is filled before its frames, not with each of them".into(),
         ));
     }
+    if options.cache.refinement.is_some() {
+        return Err(GpuError::Settings(
+            "on the device the cells of a cache are not split".into(),
+        ));
+    }
     match &options.guide {
         Some(guide) => check_guide(guide),
         None => Ok(()),
