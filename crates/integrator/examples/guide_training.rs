@@ -79,6 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "decay" => options.vmf.decay = value.parse()?,
             "count" => options.vmf.prior_count = value.parse()?,
             "blend" if value == "none" => options.field.interpolation = Interpolation::None,
+            "within" => options.learn_within = value.parse()?,
             "training" => options.training = value.parse()?,
             "drop" => options.may_drop = value.parse()?,
             _ => return Err(format!("no setting {name}").into()),
@@ -127,7 +128,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             blocks[pixel / 128 / 8][pixel % 128 / 8] += f64::from(value.length_squared());
         }
         (count, sum) = (count + 1.0, sum + method.last_variance());
-        if (frame + 1).is_power_of_two() || options.every_frame || frame + 1 == frames {
+        let next = frame + 1;
+        let learns = options.every_frame || next.is_power_of_two() || next % options.learn_within == 0;
+        if learns || next == frames {
             certainty += count * count / sum;
             (count, sum) = (0.0, 0.0);
         }

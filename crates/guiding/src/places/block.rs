@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 
-/// Eight places of a region in 288 bytes, number by number, so that lanes read them as they are.
+/// Eight places of a region in 256 bytes, number by number, so that lanes read them as they are.
 /// All zeros are empty ones.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -18,7 +18,6 @@ pub struct PlaceBlock {
     count: [f32; LANES],
     scatter: [f32; LANES],
     cumulative: [f32; LANES],
-    is_new: [u32; LANES],
 }
 
 /// Blocks that hold so many places.
@@ -40,7 +39,6 @@ pub(super) fn place(blocks: &[PlaceBlock], number: usize) -> Place {
         count: block.count[lane],
         scatter: block.scatter[lane],
         cumulative: block.cumulative[lane],
-        is_new: block.is_new[lane],
     }
 }
 
@@ -55,7 +53,6 @@ pub(super) fn set_place(blocks: &mut [PlaceBlock], number: usize, place: Place) 
     block.count[lane] = place.count;
     block.scatter[lane] = place.scatter;
     block.cumulative[lane] = place.cumulative;
-    block.is_new[lane] = place.is_new;
 }
 
 /// All places, those without light among them.
@@ -123,11 +120,20 @@ pub(super) fn density(lanes: LaneChoice, blocks: &[PlaceBlock], position: Vec3, 
     density
 }
 
-/// The place that light from `from` belongs to: the nearest by its own spread, if it is not too
-/// far.
+/// The place that light from `from` belongs to: of those whose standard deviation it is within
+/// three of, the nearest.
 pub(super) fn nearest(lanes: LaneChoice, blocks: &[PlaceBlock], from: Vec3) -> Option<usize> {
-    let (number, distance) = lanes.run(Nearest { blocks, from });
-    (distance < NEAR).then_some(number)
+    let (number, squared) = lanes.run(Nearest { blocks, from });
+    squared.is_finite().then_some(number)
+}
+
+/// Whether the middle of a place lies within a squared distance of `from`.
+pub(super) fn known_near(lanes: LaneChoice, blocks: &[PlaceBlock], from: Vec3, squared: f32) -> bool {
+    lanes.run(KnownNear {
+        blocks,
+        from,
+        squared,
+    })
 }
 
 #[inline(always)]
@@ -170,7 +176,8 @@ impl LaneKernel for Near<'_> {
     }
 }
 
-/// The least squared distance by spread, and whose it is.
+/// The least squared distance among the places that light from `from` may belong to, and whose it
+/// is.
 struct Nearest<'a> {
     blocks: &'a [PlaceBlock],
     from: Vec3,
@@ -185,11 +192,11 @@ impl LaneKernel for Nearest<'_> {
         let mut number = 0.0;
         for block in self.blocks {
             let to = from - means::<L>(block);
-            let spread = L::load(&block.spread);
-            let distance = to.dot(to) / spread;
-            // An empty place is infinitely far, or NaN, which is less than nothing.
-            let is_less = distance.less(least);
-            least = distance.select(is_less, least);
+            let squared = to.dot(to);
+            // Nothing is near an empty place.
+            let is_near = squared.less(L::splat(NEAR) * L::load(&block.spread));
+            let is_less = squared.less(least) & is_near;
+            least = squared.select(is_less, least);
             of = L::splat(number).select(is_less, of);
             number += 1.0;
         }
@@ -202,6 +209,27 @@ impl LaneKernel for Nearest<'_> {
             }
         }
         found
+    }
+}
+
+/// Whether a place's middle is nearer than a distance.
+struct KnownNear<'a> {
+    blocks: &'a [PlaceBlock],
+    from: Vec3,
+    squared: f32,
+}
+
+impl LaneKernel for KnownNear<'_> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let from = Vec3Lanes::<L>::splat(self.from.to_array());
+        let (zero, squared) = (L::splat(0.0), L::splat(self.squared));
+        self.blocks.iter().any(|block| {
+            let to = from - means::<L>(block);
+            let is_known = zero.less(L::load(&block.spread));
+            to.dot(to).less(squared).bits() & is_known.bits() != 0
+        })
     }
 }
 
@@ -271,10 +299,10 @@ mod tests {
                 positive += u32::from(expected > 0.0);
                 let by_distance = places(&blocks).enumerate().filter(|(_, place)| place.is_known());
                 let closest = by_distance
-                    .map(|(k, place)| (k, place.squared_distance(position)))
-                    .min_by(|(_, a), (_, b)| a.total_cmp(b))
-                    .filter(|(_, distance)| *distance < NEAR)
-                    .map(|(k, _)| k);
+                    .map(|(k, place)| (k, (position - place.mean()).length_squared(), place.spread))
+                    .filter(|(_, squared, spread)| *squared < NEAR * spread)
+                    .min_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
+                    .map(|(k, ..)| k);
                 for lanes in [LaneChoice::best(), LaneChoice::ARRAY] {
                     let found = density(lanes, &blocks, position, direction);
                     assert_eq!(found.to_bits(), expected.to_bits(), "{found} {expected}");

@@ -4,13 +4,13 @@ use crate::GuidingError;
 use crate::error::check_option;
 
 /// Most places of a region.
-pub const MAX_PLACES: u32 = 256;
+pub const MAX_PLACES: u32 = 512;
 
 /// How a [`PlaceModel`](super::PlaceModel) learns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaceOptions {
-    /// Most places of a region, 1 to [`MAX_PLACES`]: the budget of memory, 36 bytes each.
+    /// Most places of a region, 1 to [`MAX_PLACES`]: the budget of memory, 32 bytes each.
     pub places: u32,
     /// Root mean square distance of light from a place that one sample has found, as an angle at
     /// the sample's position, in radians: over 0 to 1.
@@ -28,7 +28,7 @@ pub struct PlaceOptions {
 impl Default for PlaceOptions {
     fn default() -> Self {
         Self {
-            places: 128,
+            places: 256,
             prior_angle: 0.01,
             prior_count: 2.0,
             decay: 0.5,
@@ -43,7 +43,7 @@ impl PlaceOptions {
     /// [`GuidingError::Option`] where an option is out of its range.
     pub fn check(&self) -> Result<(), GuidingError> {
         let count = (1..=MAX_PLACES).contains(&self.places);
-        check_option(count, "places", self.places.into(), "1 to 256")?;
+        check_option(count, "places", self.places.into(), "1 to 512")?;
         let angle = self.prior_angle > 0.0 && self.prior_angle <= 1.0;
         check_option(angle, "prior_angle", self.prior_angle.into(), "over 0 to 1")?;
         let prior = self.prior_count > 0.0 && self.prior_count.is_finite();

@@ -24,8 +24,6 @@ pub(super) struct Place {
     pub scatter: f32,
     /// `Σ π` of the region's places up to this one.
     pub cumulative: f32,
-    /// Whether it was found since the exchange before.
-    pub is_new: u32,
 }
 
 /// What the samples of an update say about a place.
@@ -86,7 +84,6 @@ impl Place {
             count: 0.0,
             scatter: 0.0,
             cumulative: 0.0,
-            is_new: 1,
         }
     }
 
@@ -95,15 +92,8 @@ impl Place {
         Self {
             weight,
             count: 0.0,
-            is_new: 0,
             ..*self
         }
-    }
-
-    /// `|y − ȳ|²/s²` of a place: what lanes compute.
-    #[cfg(test)]
-    pub(super) fn squared_distance(&self, place: Vec3) -> f32 {
-        (place - self.mean()).length_squared() / self.spread
     }
 
     /// What was found fades, and the samples of an update are added. What is old counts no more
@@ -164,7 +154,7 @@ impl Place {
 
 /// `κ s²/d²`.
 pub(super) const WIDTH: f32 = 3.0;
-/// Light further from a place than this, by [`Place::squared_distance`], belongs to another.
+/// Light further from a place than this, as a squared distance by `s²`, belongs to another.
 pub(super) const NEAR: f32 = 9.0;
 /// From this exponent on a lobe counts as zero: `e^{−87}` is the least normal number.
 pub(super) const FARTHEST: f32 = 87.0;

@@ -119,7 +119,9 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
 
     /// Whether the guide learns after this frame.
     fn learns_after(&self, frame: u32) -> bool {
-        self.trains(frame) && (self.options.every_frame || (frame + 1).is_power_of_two())
+        let next = frame + 1;
+        let is_time = next.is_power_of_two() || next.is_multiple_of(self.options.learn_within.max(1));
+        self.trains(frame) && (self.options.every_frame || is_time)
     }
 
     /// Renders both halves of a frame that does not train. `None` if a half gave none.
@@ -219,7 +221,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             // Frames from one update to the next.
             let frames = match self.options.every_frame {
                 true => 1,
-                false => (frame + 1).next_power_of_two() / 2,
+                false => ((frame + 1).next_power_of_two() / 2).min(self.options.learn_within),
             };
             let pixels = f64::from(self.size[0]) * f64::from(self.size[1]);
             let expected =

@@ -101,6 +101,8 @@ pub struct GuidedPathsOptions {
     pub field: FieldOptions,
     /// Frames that train; the guide learns after the first, the second, the fourth and so on.
     pub training: u32,
+    /// Most frames from one time that it learns to the next, from 1 on.
+    pub learn_within: u32,
     /// Whether the guide learns after every frame instead, without end; for moving scenes.
     pub every_frame: bool,
     /// The random numbers of a pixel's samples.
@@ -148,8 +150,12 @@ impl GuidedPathsOptions {
             },
             training: match kind {
                 // What is not known yet is nearly all of the noise.
-                GuideKind::Places => 256,
+                GuideKind::Places => u32::MAX,
                 _ => 32,
+            },
+            learn_within: match kind {
+                GuideKind::Places => 64,
+                _ => u32::MAX,
             },
             every_frame: false,
             points: PointSet::Sobol,

@@ -63,7 +63,7 @@ pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
     "FRAMES",
     "32",
     any::<u32>,
-    "Frames of four samples a pixel that train the guide",
+    "Frames of four samples a pixel that train the guide; with --guide places all, if not given",
 );
 
 /// A guide that is trained for ever.
@@ -507,7 +507,7 @@ impl MethodValues {
     pub fn guided_paths(&self) -> Option<GuidedPathsOptions> {
         let mut options = GuidedPathsOptions::new(self.get(&GUIDE)?);
         options.quadtree.bits = self.get(&GUIDE_BITS).unwrap_or(options.quadtree.bits);
-        options.training = self.get(&GUIDE_TRAINING).unwrap_or(options.training);
+        options.training = self.guide_training_given().unwrap_or(options.training);
         if self.is_on(&GUIDE_ALWAYS) {
             (options.every_frame, options.may_drop) = (true, false);
         }
