@@ -79,6 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "decay" => options.vmf.decay = value.parse()?,
             "count" => options.vmf.prior_count = value.parse()?,
             "blend" if value == "none" => options.field.interpolation = Interpolation::None,
+            "exploring" => options.exploring = value.parse()?,
             "within" => options.learn_within = value.parse()?,
             "training" => options.training = value.parse()?,
             "drop" => options.may_drop = value.parse()?,

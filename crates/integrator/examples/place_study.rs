@@ -32,6 +32,8 @@ struct Term {
     /// `f² dω`, and the density of the BSDF.
     square: f64,
     scattering: f64,
+    /// `f dω`.
+    integral: f64,
 }
 
 struct Point {
@@ -55,7 +57,9 @@ fn terms(description: &SceneDescription, scene: &Scene) -> (Vec<Point>, Vec<Term
     for pixel in 0..GRID * GRID {
         let at = Vec2::new((pixel % GRID) as f32 + 0.5, (pixel / GRID) as f32 + 0.5) * step;
         let ray = scene.camera().ray(at, [0.5; 2]);
-        let Some(point) = scene.intersect(&ray) else { continue };
+        let Some(point) = scene.intersect(&ray) else {
+            continue;
+        };
         if point.emitter != SurfacePoint::NO_EMITTER {
             continue;
         }
@@ -87,6 +91,7 @@ fn terms(description: &SceneDescription, scene: &Scene) -> (Vec<Point>, Vec<Term
                         flame,
                         direction,
                         square: f64::from((cosine * radiance).powi(2)) * f64::from(facing / squared),
+                        integral: f64::from(cosine * radiance * facing / squared),
                         scattering: f64::from(CosineHemisphere::density(cosine).value()),
                     });
                 }
@@ -114,9 +119,14 @@ fn report(field: &SceneField, points: &[Point], terms: &[Term], flames: usize) {
         .collect();
     let mut sums = std::collections::BTreeMap::<(usize, usize), [f64; 4]>::new();
     for term in terms {
-        let (share, guide) = known[term.point].as_ref().map_or((0.0, 0.0), |(directions, share)| {
-            (f64::from(*share), f64::from(directions.pdf(term.direction).value()))
-        });
+        let (share, guide) = known[term.point]
+            .as_ref()
+            .map_or((0.0, 0.0), |(directions, share)| {
+                (
+                    f64::from(*share),
+                    f64::from(directions.pdf(term.direction).value()),
+                )
+            });
         let pdf = (1.0 - share) * term.scattering + share * guide;
         let sum = sums.entry((term.point, term.flame)).or_default();
         sum[0] += term.square / term.scattering;
@@ -124,6 +134,11 @@ fn report(field: &SceneField, points: &[Point], terms: &[Term], flames: usize) {
         sum[2] += share * guide * term.square;
         sum[3] += term.scattering * term.square;
     }
+    let mut integrals = vec![0.0; points.len()];
+    for term in terms {
+        integrals[term.point] += term.integral;
+    }
+    let least: f64 = integrals.iter().map(|sum| sum * sum).sum();
     let mut anywhere = vec![false; flames];
     for ((_, flame), sum) in &sums {
         anywhere[*flame] |= sum[2] > sum[3];
@@ -143,7 +158,7 @@ fn report(field: &SceneField, points: &[Point], terms: &[Term], flames: usize) {
     }
     let per_mille = |x: f64| 1000.0 * x / plain;
     println!(
-        "{:8.2} {:10.2} {:10.2} {:10.2} {:10.2} {:8} of {flames} {:8} {:6.3}",
+        "{:8.2} {:10.2} {:10.2} {:10.2} {:10.2} {:8} of {flames} {:8} {:6.3} {:8.2}",
         per_mille(parts.iter().sum()),
         per_mille(parts[0]),
         per_mille(parts[1]),
@@ -152,6 +167,7 @@ fn report(field: &SceneField, points: &[Point], terms: &[Term], flames: usize) {
         anywhere.iter().filter(|known| **known).count(),
         field.learnt_regions(),
         field.mean_share(),
+        per_mille(least),
     );
 }
 
@@ -179,6 +195,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 options.field.split_above = value.parse()?;
                 options.field.collapse_below = options.field.split_above / 2;
             }
+            "exploring" => options.exploring = value.parse()?,
             "within" => options.learn_within = value.parse()?,
             "training" => options.training = value.parse()?,
             "every" => options.every_frame = value.parse()?,
@@ -187,7 +204,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let mut method = GuidedPaths::new(&scene, &emitters, options)?;
     let mut image = vec![Rgb::ZERO; (side * side) as usize];
-    println!("frame  variance, per mille of the second moment: whole, known here, elsewhere, nowhere, by known; flames; regions; share");
+    println!(
+        "frame  variance, per mille of the second moment: whole, known here, elsewhere, nowhere, by known; flames; regions; share; least"
+    );
     for frame in 0..frames {
         let _ = method.render_frame(frame, 1, &mut image, &AtomicBool::new(false));
         if (frame + 1).is_power_of_two() {

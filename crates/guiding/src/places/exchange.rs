@@ -36,7 +36,10 @@ pub(super) fn exchange(
     for (own, region) in blocks.chunks_mut(stride).zip(0..) {
         let Some(middle) = middle(region) else { continue };
         let total = total_weight(own);
-        for Found { place, brightness, .. } in &found {
+        for Found {
+            place, brightness, ..
+        } in &found
+        {
             if known_near(lanes, own, place.mean(), NEAR * place.spread) {
                 continue;
             }

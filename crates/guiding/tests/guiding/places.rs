@@ -189,7 +189,7 @@ fn wrong_options_are_refused() {
         PlaceModel::new(options).is_err()
     };
     assert!(PlaceModel::new(PlaceOptions::default()).is_ok());
-    assert!(refused(&|o| o.places = 0) && refused(&|o| o.places = 257));
+    assert!(refused(&|o| o.places = 0) && refused(&|o| o.places = 513));
     assert!(refused(&|o| o.prior_angle = 0.0) && refused(&|o| o.prior_angle = f32::NAN));
     assert!(refused(&|o| o.prior_count = 0.0) && refused(&|o| o.decay = 1.5));
     assert!(refused(&|o| o.even_share = -0.1));

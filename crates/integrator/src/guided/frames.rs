@@ -54,9 +54,13 @@ pub struct GuidedPaths<'a, S> {
     roulette: Option<f32>,
     visible: VisibleFrames,
     halves: [Vec<Rgb>; 2],
+    /// What paths find that only explore.
+    unused: Vec<Rgb>,
     before: Vec<Rgb>,
 }
 
+/// Paths that explore have the seed of their frame with these bits changed.
+const EXPLORING: u64 = 0x6578_706c_6f72_6521;
 /// Cost of a guided path in plain ones, where rays are not counted.
 const UNCOUNTED_COST: f64 = 2.5;
 /// Number of frames after which a guide must gain more than it costs.
@@ -94,6 +98,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             roulette: None,
             visible: VisibleFrames::default(),
             halves: [vec![Rgb::ZERO; pixels], vec![Rgb::ZERO; pixels]],
+            unused: vec![Rgb::ZERO; if options.exploring > 0 { pixels } else { 0 }],
             before: vec![Rgb::ZERO; pixels],
         })
     }
@@ -189,7 +194,8 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         let scene = self.scene;
         let edges = scene.settings().max_depth.unwrap_or(u32::MAX);
         self.visible.prepare(wanted, scene, scene.camera(), true, edges);
-        let plain = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
+        let sampler = self.sampler;
+        let plain = || PathTracer::new(scene, sampler).with_points(self.options.points);
         let half = HalfFrames {
             size: self.size,
             samples: self.options.samples / 2,
@@ -199,15 +205,16 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             seed,
         };
         if self.is_dropped {
-            return half.render(plain, &mut self.halves, cancel);
+            let tracer = plain();
+            return half.render(tracer, &mut self.halves, cancel);
         }
         // The first frame shows the variance without a guide.
         let settings = self.scene.settings();
-        let roulette = match frame {
+        let roulette_depth = match frame {
             0 => settings.roulette_depth,
             _ => settings.roulette_depth.max(self.options.roulette_depth),
         };
-        let plain = plain.with_depths(settings.max_depth, roulette);
+        let max_depth = settings.max_depth;
         // The field is lent to the tracer while the images are written.
         let field = &self.field;
         let roulette = self.roulette.map(|scale| (scale, self.options.worth_depth));
@@ -230,10 +237,27 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
             let recorder = FieldRecorder::new(field, share)
                 .with_visits(self.options.worth_depth < u32::MAX)
                 .with_flights(self.options.flights.is_some());
-            let tracer = plain.with_guide(guide).with_observer(recorder);
-            return half.render(tracer, &mut self.halves, cancel);
+            let tracer = plain()
+                .with_depths(max_depth, roulette_depth)
+                .with_guide(guide)
+                .with_observer(recorder);
+            let mut rays = half.render(tracer, &mut self.halves, cancel)?;
+            if frame > 0 && self.options.exploring > 0 {
+                let seeking = HalfFrames {
+                    samples: self.options.exploring,
+                    visible: None,
+                    seed: seed ^ EXPLORING,
+                    ..half
+                };
+                let tracer = plain()
+                    .with_depths(max_depth, roulette_depth)
+                    .with_guide(FieldGuide::idle(field))
+                    .with_observer(FieldRecorder::exploring(field));
+                rays += seeking.render(tracer, std::slice::from_mut(&mut self.unused), cancel)?;
+            }
+            return Some(rays);
         }
-        let tracer = plain.with_guide(guide);
+        let tracer = plain().with_depths(max_depth, roulette_depth).with_guide(guide);
         half.render(tracer, &mut self.halves, cancel)
     }
 
@@ -318,7 +342,7 @@ pub struct GuidedHalf<'f> {
     pub seed: u64,
 }
 
-/// The frames `2 f` and `2 f + 1` of half the samples each.
+/// The frames `2 f` and `2 f + 1` of half the samples each, or the first of them alone.
 struct HalfFrames {
     size: [u32; 2],
     samples: u32,
@@ -333,7 +357,7 @@ impl HalfFrames {
     fn render<S: EmitterSampler + Send, G: DirectionGuide + Send, O: PathObserver + Send>(
         &self,
         tracer: PathTracer<'_, S, G, O>,
-        halves: &mut [Vec<Rgb>; 2],
+        halves: &mut [Vec<Rgb>],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         match self.volume {
@@ -357,7 +381,7 @@ impl HalfFrames {
     fn render_with(
         &self,
         tracer: impl PixelEstimator + Send,
-        halves: &mut [Vec<Rgb>; 2],
+        halves: &mut [Vec<Rgb>],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let mut frames = SampledFrames::new(tracer, self.size, self.samples);

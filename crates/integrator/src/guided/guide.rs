@@ -22,17 +22,30 @@ pub struct FieldGuide<'f> {
     /// First edge after which it decides.
     from: u32,
     flights: Option<FlightGuiding>,
+    /// Whether it leaves all to the BSDF.
+    is_idle: bool,
 }
 
 impl<'f> FieldGuide<'f> {
     /// Guides by `field`. `roulette` has `√(C / V)` and the first edge after which it decides.
     pub fn new(field: &'f SceneField, roulette: Option<(f32, u32)>) -> Self {
         let (scale, from) = roulette.unwrap_or((0.0, u32::MAX));
+        let is_idle = false;
         Self {
             field,
             scale,
             from,
             flights: None,
+            is_idle,
+        }
+    }
+
+    /// Guides nothing: the type of the others, so that path tracers are compiled once.
+    pub fn idle(field: &'f SceneField) -> Self {
+        let is_idle = true;
+        Self {
+            is_idle,
+            ..Self::new(field, None)
         }
     }
 
@@ -51,6 +64,9 @@ impl DirectionGuide for FieldGuide<'_> {
 
     #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(FieldDirections<'_>, f32)> {
+        if self.is_idle {
+            return None;
+        }
         self.field.guide(vertex)
     }
 

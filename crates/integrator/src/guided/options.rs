@@ -109,6 +109,9 @@ pub struct GuidedPathsOptions {
     pub points: PointSet,
     /// Samples in each pixel of a frame: an even number.
     pub samples: u32,
+    /// Samples in each pixel of a frame that trains, besides: of the BSDF alone. They do not shade,
+    /// and the field learns from those that find what it does not know.
+    pub exploring: u32,
     /// Most samples that wait for an update; of more, some are left out.
     pub max_recorded: u32,
     /// Whether a guide that gains less than it costs is dropped once it is trained.
@@ -160,6 +163,10 @@ impl GuidedPathsOptions {
             every_frame: false,
             points: PointSet::Sobol,
             samples: 4,
+            exploring: match kind {
+                GuideKind::Places => 4,
+                _ => 0,
+            },
             max_recorded: 1 << 23,
             may_drop: true,
             roulette_depth: 12,

@@ -1,10 +1,11 @@
 //! Paths as samples for a field.
 
 use super::field::SceneField;
-use crate::path::observer::{ObservedPath, PathObserver, PathVertex};
+use crate::path::guide::{DirectionGuide, GuidedVertex};
+use crate::path::observer::{ObservedPath, PathDirection, PathObserver, PathVertex};
 use lightshed_film::SampleId;
 use lightshed_guiding::{FlightArrival, GuidingSample, Visit};
-use lightshed_sampling::{CounterRng, Density, luminance};
+use lightshed_sampling::{CounterRng, Density, DirectionDistribution, luminance};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
@@ -24,6 +25,8 @@ pub struct FieldRecorder<'f> {
     visits: bool,
     /// Whether the same paths tell what they found at the ends of their flights.
     flights: bool,
+    /// Whether only what the field does not know is kept.
+    explores: bool,
 }
 
 /// The word of a path's stream that decides whether it is kept; the path itself does not use it.
@@ -44,6 +47,16 @@ impl<'f> FieldRecorder<'f> {
             threshold,
             visits: false,
             flights: false,
+            explores: false,
+        }
+    }
+
+    /// Of paths by the BSDF alone: keeps directions that found light and that the field would
+    /// sample less often than the BSDF does.
+    pub fn exploring(field: &'f SceneField) -> Self {
+        Self {
+            explores: true,
+            ..Self::new(field, 1.0)
         }
     }
 
@@ -63,6 +76,20 @@ impl<'f> FieldRecorder<'f> {
 }
 
 impl FieldRecorder<'_> {
+    /// Whether the field samples the direction in which a path goes on at least as often as the
+    /// BSDF.
+    fn knows(&self, vertex: &PathVertex, onward: &PathDirection) -> bool {
+        let seen = GuidedVertex {
+            position: vertex.position,
+            normal: vertex.normal,
+            outgoing: -vertex.incoming,
+        };
+        let known = self.field.guide(&seen);
+        known.is_some_and(|(directions, _)| {
+            directions.pdf(onward.direction).value() >= onward.scattering_pdf.value()
+        })
+    }
+
     /// Tells what a path found behind each of its vertices.
     fn visit(&self, path: &ObservedPath<'_>) {
         let mut visits = [NO_VISIT; TOGETHER];
@@ -151,7 +178,7 @@ impl PathObserver for FieldRecorder<'_> {
                 continue;
             };
             let scattered = found_behind(path, vertex);
-            if scattered == Rgb::ZERO {
+            if scattered == Rgb::ZERO || self.explores && self.knows(vertex, &onward) {
                 continue;
             }
             // A path may end at the emitter that it hit, without a vertex there.
