@@ -5,8 +5,9 @@
 //! triangles, a plain sum over stratified points of each. After 1, 2, 4, … frames the table has the
 //! second moment of one sample over a grid of pixels, relative to that of the BSDF alone: whole; of
 //! flames that the guide samples more often than the BSDF ("known here"); of those that it samples
-//! more often elsewhere only; of those that it samples nowhere; and what would be left if all flames
-//! that are known anywhere were sampled like those that are known here, on average.
+//! more often elsewhere only; of those that it samples nowhere. Then that of known flames relative
+//! to their own by the BSDF, how many flames are known, regions, their mean share, and the least
+//! that any directions could have.
 
 use lightshed_integrator::film::FrameMethod;
 use lightshed_integrator::{
