@@ -1,4 +1,5 @@
-//! Where the variance of `path --guide places` is, by quadrature: `place_study SCENE SIDE FRAMES [setting=value]…`.
+//! Where the variance of `path --guide places` is, by quadrature:
+//! `place_study SCENE SIDE FRAMES [setting=value]…`.
 //!
 //! Direct light of a scene whose emitters are small meshes. A point that a pixel sees integrates
 //! `f = cos θ L`. By a density `p`, a flame (a mesh) has the second moment `∫ f²/p dω` over its

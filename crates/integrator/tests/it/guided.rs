@@ -167,7 +167,7 @@ fn places_learn_flames_that_no_list_leads_to() {
     assert!(regions > 2 && share > 0.5);
 }
 
-/// Frames that are guided by places, and explored for them by paths whose light does not count, have
+/// Frames that are guided by places, and explored by paths whose light does not count, have
 /// the mean of path tracing by a list of lights: candles with flames of eight times the radius and
 /// the same power, over an ensemble of seeds. A z-test at 1e-5.
 #[test]
