@@ -96,12 +96,17 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-shift",
         "gives what it holds, or checks and stores",
         "Connection::to_delta Connectability::hybrid Connectability::min_distance Connectability::min_roughness \
-         Connectability::reconnection ConnectionReach::least_length LobeDirection::of_single_lobe \
+         Connectability::reconnection Footprint::area Footprint::new Footprint::solid_angle ConnectionReach::least_length LobeDirection::of_single_lobe \
          MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first \
          PathSample::contribution PathSample::target PathShift::with_jacobian_limit PrefixDomain::behind \
          PrefixDomain::first PrefixSample::target PrefixSample::throughput PrefixSample::wo VolumePath::connect \
          VolumePath::direction VolumePath::first_distance VolumePath::held VolumePath::shown_by \
          VolumePath::with_endpoint",
+    ),
+    (
+        "lightshed-shift",
+        "proposes steps, which the crate's tests hold to the expectations without them",
+        "PathMutator::propose",
     ),
     (
         "lightshed-shift",

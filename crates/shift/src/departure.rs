@@ -33,6 +33,8 @@ pub(crate) struct Arrival {
     pub lobe_before: u8,
     /// `p(x_m)` of the lobe, joint, in area measure.
     pub density_area: f32,
+    /// Of the two vertices.
+    pub distance_squared: f32,
     /// `Π f / p` over all vertices but the one arrived at.
     pub throughput: Vec3,
 }
@@ -46,6 +48,7 @@ impl<S> Departure<S> {
             direction: sight.direction,
             lobe_before: self.lobe,
             density_area: sight.to_area(scattering.pdf).value(),
+            distance_squared: sight.distance_squared,
             throughput: self.throughput * scattering.weight(),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::connectability::Connectability;
 use crate::sample::{MAX_PATH_LENGTH, PathSample};
-use crate::world::{Endpoint, World};
+use crate::world::{Endpoint, Sight, World};
 use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
@@ -90,6 +90,11 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
+    /// Which vertices may be reconnected.
+    pub fn connectability(&self) -> Connectability {
+        self.connectability
+    }
+
     /// Whether a path of this domain has an image in any other domain: false if it could neither be
     /// reconnected nor replayed. Sum such paths in their own pixel instead of resampling them: the
     /// domain then consists of the other paths, and its integral is the rest.
@@ -97,15 +102,31 @@ impl<'w, W: World> PathDomain<'w, W> {
         self.connectability.replays() || sample.anatomy().reconnection.is_some()
     }
 
-    /// Whether an endpoint is far enough from a vertex to be copied.
-    pub(crate) fn far_enough(&self, vertex: &W::Vertex, endpoint: &Endpoint) -> bool {
-        match endpoint {
+    /// Whether a sampled endpoint may be copied: whether it is far enough from a vertex, which is
+    /// seen along `wo`, and lobes there are wide enough.
+    pub(crate) fn far_enough(&self, vertex: &W::Vertex, wo: Vec3, endpoint: &Endpoint) -> bool {
+        let (rules, world) = (&self.connectability, self.world);
+        let sight = match endpoint {
             Endpoint::Surface(place) => {
-                let emitter = self.world.position(&self.world.vertex(place));
-                let offset = emitter - self.world.position(vertex);
-                self.connectability.far(emitter, offset)
+                let emitter = world.vertex(place);
+                let sight = Sight::of(world, world.position(vertex), &emitter);
+                if !rules.far(sight.position, sight.offset) {
+                    return false;
+                }
+                Some(sight)
             }
-            Endpoint::Direction(_) | Endpoint::Delta(_) => true,
+            Endpoint::Direction(_) | Endpoint::Delta(_) => None,
+        };
+        if rules.footprint().is_none() {
+            return true;
+        }
+        let Some(connection) = world.connect(vertex, endpoint) else {
+            return false;
+        };
+        let density = world.evaluate(vertex, wo, connection.direction).pdf;
+        match sight {
+            Some(sight) => rules.spreads(sight.to_area(density)),
+            None => rules.spreads_out(density),
         }
     }
 

@@ -7,6 +7,7 @@
 //! | a path in 64 bytes | [`PathSample`] |
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
+//! | steps of Markov chains | [`PathMutator`] |
 //! | prefixes, and the suffixes behind them | [`PrefixDomain`], [`PrefixTracer`], [`PrefixShift`] |
 //! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
 //! | paths through volumes: their coordinates, their integrand, the shift between pixels | [`VolumePath`], [`VolumeWorld`], [`VolumePathShift`] |
@@ -28,6 +29,7 @@ mod domain;
 mod jacobian;
 mod local;
 mod mis;
+mod mutation;
 mod numbers;
 mod path_shift;
 mod prefix;
@@ -42,13 +44,14 @@ mod walk;
 mod world;
 
 pub use check::{WorldFault, WorldFaults, WorldLaw, WorldTally, check_world};
-pub use connectability::{Connectability, ConnectabilityError};
+pub use connectability::{Connectability, ConnectabilityError, Footprint};
 pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
 pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
+pub use mutation::PathMutator;
 pub use path_shift::PathShift;
 pub use prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixStart, PrefixTracer};
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};

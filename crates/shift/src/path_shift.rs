@@ -8,7 +8,7 @@ use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique};
 use crate::world::{End, Endpoint, RayKind, Sight, World, max_roughness};
 use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::glam::Vec3;
-use lightshed_sampling::{Density, PrimarySample, luminance};
+use lightshed_sampling::{Area, Density, PrimarySample, luminance};
 
 /// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), including its two limiting
 /// cases.
@@ -120,12 +120,22 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for PathShift {
 }
 
 /// The vertex `y_m` that an offset path has reached.
-struct Offset<'a, V> {
+pub(crate) struct Offset<'a, V> {
     vertex: At<'a, V>,
-    wo: Vec3,
+    pub wo: Vec3,
     throughput: Vec3,
-    /// Position of the previous vertex, and the width of the lobe that left it.
-    before: Option<(Vec3, f32)>,
+    before: Option<Before>,
+    /// The previous vertex, where its lobe's spread matters.
+    previous: Option<At<'a, V>>,
+}
+
+/// How an offset path left its previous vertex.
+struct Before {
+    position: Vec3,
+    wo: Vec3,
+    lobe: u8,
+    /// Width of the lobe.
+    roughness: f32,
 }
 
 /// A vertex of the domain, or of this path alone.
@@ -139,21 +149,41 @@ impl<V> Offset<'_, V> {
     /// the lobe of the current one is `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
         let rules = &to.connectability;
-        self.before.is_some_and(|(before, left)| {
+        self.before.as_ref().is_some_and(|before| {
             let position = to.world.position(self.vertex());
+            let offset = position - before.position;
             rules.reaches(m)
-                && rules.rough(left)
-                && rules.rough(roughness)
-                && rules.far(position, position - before)
+                && rules.rough(before.roughness)
+                && rules.returns(roughness, offset.length_squared())
+                && rules.far(position, offset)
+                && self.previous.as_ref().is_none_or(|previous| {
+                    rules.spreads(before.density(to.world, previous.get(), self.vertex()))
+                })
         })
     }
 
     #[inline(always)]
-    fn vertex(&self) -> &V {
-        match &self.vertex {
-            At::First(vertex) => vertex,
-            At::Own(vertex) => vertex,
+    pub fn vertex(&self) -> &V {
+        self.vertex.get()
+    }
+}
+
+impl<V> At<'_, V> {
+    #[inline(always)]
+    fn get(&self) -> &V {
+        match self {
+            Self::First(vertex) => vertex,
+            Self::Own(vertex) => vertex,
         }
+    }
+}
+
+impl Before {
+    /// With what density the lobe that left `previous` leads to `vertex`.
+    fn density<W: World>(&self, world: &W, previous: &W::Vertex, vertex: &W::Vertex) -> Density<Area> {
+        let sight = Sight::of(world, self.position, vertex);
+        let towards = world.evaluate_lobe(previous, self.wo, sight.direction, self.lobe);
+        sight.to_area(towards.pdf)
     }
 }
 
@@ -189,6 +219,36 @@ pub(crate) fn evaluate<W: World>(
     if replays && !rules.replays() {
         return Err(Undefined::NotConnectable);
     }
+    let (offset, mut numbers) = approach(x, to, last, replays)?;
+    if let (false, Some(numbers)) = (anchored, &mut numbers) {
+        return match shape.technique {
+            Technique::Emitter => replayed_emitter(to, &offset, shape, numbers),
+            Technique::Scattering => replayed_scattering(to, offset, shape, numbers),
+        };
+    }
+    let vertex = offset.vertex();
+    let rough = roughness(world, vertex, shape.lobe_before);
+    if offset.connectable(to, last, rough) {
+        return Err(Undefined::NotInvertible);
+    }
+    if !rules.rough(rough) {
+        return Err(Undefined::NotConnectable);
+    }
+    match (shape.anchor, shape.technique) {
+        (AnchorKind::Vertex, _) => to_vertex(x, to, &offset, shape),
+        (_, Technique::Emitter) => to_sampled_emitter(x, to, &offset),
+        (_, Technique::Scattering) => to_met_emitter(x, to, &offset, shape),
+    }
+}
+
+/// The vertex `y_last` of the offset path, and the random numbers that led there if it took any.
+pub(crate) fn approach<'a, W: World>(
+    x: &PathSample,
+    to: &'a PathDomain<'_, W>,
+    last: u32,
+    replays: bool,
+) -> Result<(Offset<'a, W::Vertex>, Option<PathNumbers>), Undefined> {
+    let (rules, world) = (&to.connectability, to.world);
     let from_sensor = matches!(to.start, Start::Sensor(_));
     let mut numbers = (replays || from_sensor).then(|| PathNumbers::new(x.seed));
     let (vertex, wo) = match (&to.start, &mut numbers) {
@@ -209,6 +269,7 @@ pub(crate) fn evaluate<W: World>(
         wo,
         throughput: Vec3::ONE,
         before: None,
+        previous: None,
     };
     if let Some(numbers) = &mut numbers {
         for m in 1..last {
@@ -216,28 +277,11 @@ pub(crate) fn evaluate<W: World>(
             let next = world
                 .trace(&ray, RayKind::Replay)
                 .ok_or(Undefined::OutsideDomain)?;
-            offset.vertex = At::Own(next);
+            let previous = std::mem::replace(&mut offset.vertex, At::Own(next));
+            offset.previous = rules.footprint().is_some().then_some(previous);
         }
     }
-    if let (false, Some(numbers)) = (anchored, &mut numbers) {
-        return match shape.technique {
-            Technique::Emitter => replayed_emitter(to, &offset, shape, numbers),
-            Technique::Scattering => replayed_scattering(to, offset, shape, numbers),
-        };
-    }
-    let vertex = offset.vertex();
-    let rough = roughness(world, vertex, shape.lobe_before);
-    if offset.connectable(to, last, rough) {
-        return Err(Undefined::NotInvertible);
-    }
-    if !rules.rough(rough) {
-        return Err(Undefined::NotConnectable);
-    }
-    match (shape.anchor, shape.technique) {
-        (AnchorKind::Vertex, _) => to_vertex(x, to, &offset, shape),
-        (_, Technique::Emitter) => to_sampled_emitter(x, to, &offset),
-        (_, Technique::Scattering) => to_met_emitter(x, to, &offset, shape),
-    }
+    Ok((offset, numbers))
 }
 
 /// The lobe by which an offset path left a vertex.
@@ -265,13 +309,18 @@ fn replay<W: World>(
         return Err(Undefined::NotInvertible);
     }
     let ray = world.ray(vertex, sampled.wi);
-    let position = world.position(vertex);
+    let before = Before {
+        position: world.position(vertex),
+        wo: offset.wo,
+        lobe: sampled.lobe,
+        roughness,
+    };
     offset.throughput *= sampled.scattering.weight();
     if !(offset.throughput.max_element() > 0.0 && offset.throughput.is_finite()) {
         return Err(Undefined::OutsideDomain);
     }
     offset.wo = -sampled.wi;
-    offset.before = Some((position, roughness));
+    offset.before = Some(before);
     let left = Left {
         total_pdf: sampled.total_pdf,
         roughness,
@@ -296,7 +345,7 @@ fn replayed_emitter<W: World>(
     let endpoint = world
         .sample_emitter(vertex, u_select, u)
         .ok_or(Undefined::OutsideDomain)?;
-    if rules.reaches(shape.length) && rules.rough(widest) && to.far_enough(vertex, &endpoint) {
+    if rules.reaches(shape.length) && rules.rough(widest) && to.far_enough(vertex, offset.wo, &endpoint) {
         return Err(Undefined::NotInvertible);
     }
     let (contribution, _, ray) = sampled_emitter(to, offset, &endpoint)?;
@@ -335,10 +384,17 @@ fn replayed_scattering<W: World>(
     let site = world.site(offset.vertex());
     let ((ray, direction), left) = replay(to, &mut offset, shape.length - 1, numbers)?;
     let met = world.trace(&ray, RayKind::Replay);
-    let far = met.as_ref().is_none_or(|met| {
-        let before = offset.before.map_or(Vec3::ZERO, |(position, _)| position);
-        let position = world.position(met);
-        rules.far(position, position - before)
+    let far = offset.before.as_ref().is_some_and(|before| match &met {
+        Some(met) => {
+            let position = world.position(met);
+            rules.far(position, position - before.position)
+                && (rules.footprint().is_none() || rules.spreads(before.density(world, offset.vertex(), met)))
+        }
+        None if rules.footprint().is_none() => true,
+        None => {
+            let towards = world.evaluate_lobe(offset.vertex(), before.wo, direction, before.lobe);
+            rules.spreads_out(towards.pdf)
+        }
     });
     if rules.reaches(shape.length) && rules.rough(left.roughness) && far {
         return Err(Undefined::NotInvertible);
@@ -359,7 +415,7 @@ fn replayed_scattering<W: World>(
 }
 
 /// Reconnects to a vertex that scatters.
-fn to_vertex<W: World>(
+pub(crate) fn to_vertex<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
     offset: &Offset<'_, W::Vertex>,
@@ -368,12 +424,18 @@ fn to_vertex<W: World>(
     let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
     let kept = world.vertex(&x.place());
     let sight = Sight::of(world, world.position(vertex), &kept);
-    if !rules.far(sight.position, sight.offset) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
+    if !rules.far(sight.position, sight.offset)
+        || !rules.returns(roughness(world, &kept, shape.lobe_at), sight.distance_squared)
+    {
         return Err(Undefined::NotConnectable);
     }
     let direction = sight.direction;
     let towards = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
-    let area = sight.to_area(towards.pdf).value();
+    let area = sight.to_area(towards.pdf);
+    if !rules.spreads(area) {
+        return Err(Undefined::NotConnectable);
+    }
+    let area = area.value();
     let (incident, arriving) = (x.incident(), Vec3::from_array(x.radiance));
     let emitter_pdf = Density::new(x.emitter_pdf);
     let (here, density) = if shape.lobe_at == ALL_LOBES {
@@ -405,7 +467,7 @@ fn to_sampled_emitter<W: World>(
     offset: &Offset<'_, W::Vertex>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let endpoint = x.endpoint();
-    if !to.far_enough(offset.vertex(), &endpoint) {
+    if !to.far_enough(offset.vertex(), offset.wo, &endpoint) {
         return Err(Undefined::NotConnectable);
     }
     let (contribution, density, ray) = sampled_emitter(to, offset, &endpoint)?;
@@ -445,10 +507,17 @@ fn to_met_emitter<W: World>(
     let scattering = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
     let total_pdf = world.evaluate(vertex, offset.wo, direction).pdf;
     let omega = scattering_weight(total_pdf, emitter_pdf);
-    let density = match sight {
-        Some(sight) => sight.to_area(scattering.pdf).value(),
-        None => scattering.pdf.value(),
+    let rules = &to.connectability;
+    let (spreads, density) = match sight {
+        Some(sight) => {
+            let area = sight.to_area(scattering.pdf);
+            (rules.spreads(area), area.value())
+        }
+        None => (rules.spreads_out(scattering.pdf), scattering.pdf.value()),
     };
+    if !spreads {
+        return Err(Undefined::NotConnectable);
+    }
     Ok(Evaluated {
         contribution: offset.throughput * scattering.weight() * radiance * omega,
         density,

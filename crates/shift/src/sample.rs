@@ -197,6 +197,14 @@ impl PathSample {
         bytemuck::cast(self.anchor)
     }
 
+    /// With another reconnection vertex.
+    pub(crate) fn moved_to(self, place: Place) -> Self {
+        Self {
+            anchor: bytemuck::cast(place),
+            ..self
+        }
+    }
+
     pub(crate) fn endpoint(&self) -> Endpoint {
         match self.shape().anchor {
             AnchorKind::EmitterDirection => {

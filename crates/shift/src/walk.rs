@@ -110,7 +110,10 @@ impl<W: World> Walk<W> {
         if !rules.far(sight.position, sight.offset) {
             return None;
         }
-        Some(departure.arrival(world, before, &sight))
+        let arrival = departure.arrival(world, before, &sight);
+        rules
+            .spreads(Density::new(arrival.density_area))
+            .then_some(arrival)
     }
 
     fn view(&self) -> Vec3 {
@@ -139,7 +142,11 @@ impl<W: World> Walk<W> {
         let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
         let rules = &domain.connectability;
         let length = self.index + 1;
-        let sample = if let Some(pair) = self.pair.filter(|_| rules.rough(max_roughness(world, vertex))) {
+        let widest = max_roughness(world, vertex);
+        let pair = self
+            .pair
+            .filter(|pair| rules.returns(widest, pair.distance_squared));
+        let sample = if let Some(pair) = pair {
             let anchor = Anchor::Vertex {
                 place: world.place(vertex),
                 incident: pack_direction(connection.direction),
@@ -156,8 +163,8 @@ impl<W: World> Walk<W> {
             let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
             return self.pending(sample, pair.throughput * here, connection.ray);
         } else if rules.reaches(length)
-            && rules.rough(max_roughness(world, vertex))
-            && domain.far_enough(vertex, &endpoint)
+            && rules.rough(widest)
+            && domain.far_enough(vertex, self.view(), &endpoint)
         {
             let anchor = Anchor::Emitter(endpoint);
             let lobes = [ALL_LOBES, 0];
@@ -197,7 +204,10 @@ impl<W: World> Walk<W> {
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);
-        let pair = self.pair.filter(|_| domain.connectability.rough(roughness));
+        let rules = &domain.connectability;
+        let pair = self
+            .pair
+            .filter(|pair| rules.returns(roughness, pair.distance_squared));
         let throughput = self.throughput;
         if let Some(pair) = pair {
             let wo = -pair.direction;
@@ -321,7 +331,7 @@ impl<W: World> Walk<W> {
                 let sample = self.ending(length, endpoint, departure.lobe, pair.density_area);
                 (sample, pair.throughput * radiance * omega)
             }
-            (_, None) if rough => {
+            (_, None) if rough && self.spreads_out(domain, before, departure) => {
                 let endpoint = Endpoint::Direction(departure.direction);
                 let sample = self.ending(length, endpoint, departure.lobe, departure.pdf.value());
                 (sample, self.throughput * radiance * omega)
@@ -332,6 +342,23 @@ impl<W: World> Walk<W> {
             }
         };
         self.candidate(sample, contribution)
+    }
+
+    /// Whether the lobe that leads to infinity is wide enough.
+    fn spreads_out(
+        &self,
+        domain: &PathDomain<'_, W>,
+        before: &W::Vertex,
+        departure: &Departure<W::Site>,
+    ) -> bool {
+        let rules = &domain.connectability;
+        // As a shift evaluates it, not as it was sampled.
+        rules.footprint().is_none() || {
+            let Departure {
+                wo, direction, lobe, ..
+            } = *departure;
+            rules.spreads_out(domain.world.evaluate_lobe(before, wo, direction, lobe).pdf)
+        }
     }
 
     /// A path that reconnects to the emitter it has hit.

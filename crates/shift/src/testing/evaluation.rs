@@ -102,6 +102,8 @@ fn shifts_are_what_is_defined() {
         Fault::AnyRoughness,
         Fault::NoEarlierPair,
         Fault::AnyDistance,
+        Fault::AnySpread,
+        Fault::ThresholdsOfBase,
     ];
     check_faults(&faults, |fault| {
         for (label, rules) in mappings() {
@@ -110,7 +112,14 @@ fn shifts_are_what_is_defined() {
                 let Some(case) = said(x, from, to) else { return };
                 count += 1;
                 images += usize::from(case.said.is_some());
-                if let Err(reason) = compare(&case, define(x, to, fault)) {
+                let judged = PathDomain {
+                    connectability: match fault {
+                        Some(Fault::ThresholdsOfBase) => from.connectability,
+                        _ => to.connectability,
+                    },
+                    ..to.clone()
+                };
+                if let Err(reason) = compare(&case, define(x, &judged, fault)) {
                     wrong += 1;
                     message = format!("{label}: {reason}; {:?}", x.anatomy());
                 }

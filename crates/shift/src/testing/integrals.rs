@@ -2,7 +2,7 @@
 
 use super::alcove::Alcove;
 use super::naive::radiance_sample;
-use super::pairs::{LENGTH, domain, film, mappings};
+use super::pairs::{LENGTH, domain, film, mappings, of_pixel};
 use crate::connectability::Connectability;
 use crate::domain::PathDomain;
 use crate::path_shift::PathShift;
@@ -145,11 +145,26 @@ enum Fault {
     InverseJacobian,
     /// Paths that the neighbour cannot hold count for it all the same.
     ForgottenSupport,
+    /// The base path's pixel decides which pairs of the image are connectable.
+    ThresholdsOfBase,
 }
 
 struct Wrapped(Option<Fault>);
 
 impl Wrapped {
+    /// The domain as an image is judged by.
+    fn judged<'w, W: World>(&self, to: &PathDomain<'w, W>, from: &PathDomain<'w, W>) -> PathDomain<'w, W> {
+        let judge = if self.0 == Some(Fault::ThresholdsOfBase) {
+            from
+        } else {
+            to
+        };
+        PathDomain {
+            connectability: judge.connectability,
+            ..to.clone()
+        }
+    }
+
     fn jacobian(&self, jacobian: Jacobian) -> Result<Jacobian, Undefined> {
         match self.0 {
             Some(Fault::NoJacobian) => Ok(Jacobian::IDENTITY),
@@ -166,7 +181,7 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for Wrapped {
         from: &PathDomain<'w, W>,
         to: &PathDomain<'w, W>,
     ) -> Result<Shifted<crate::PathSample>, Undefined> {
-        let image = PathShift::default().shift(x, from, to)?;
+        let image = PathShift::default().shift(x, from, &self.judged(to, from))?;
         Ok(Shifted {
             jacobian: self.jacobian(image.jacobian)?,
             ..image
@@ -179,7 +194,7 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for Wrapped {
         to: &PathDomain<'w, W>,
         from: &PathDomain<'w, W>,
     ) -> Result<Pulled, Undefined> {
-        match (PathShift::default().pull(y, to, from), self.0) {
+        match (PathShift::default().pull(y, to, &self.judged(from, to)), self.0) {
             (Err(_), Some(Fault::ForgottenSupport)) => Ok(Pulled {
                 jacobian: Jacobian::IDENTITY,
                 proxy: lightshed_resampling::Domain::target(to, y),
@@ -236,7 +251,12 @@ fn merges_have_the_mean_of_path_tracing() {
     let world = Alcove::new();
     let places = [[0.1, 0.25], [-0.1, 0.25]];
     let glossy = [[0.55, 0.7], [0.6, 0.6]];
-    let faults = [Fault::NoJacobian, Fault::InverseJacobian, Fault::ForgottenSupport];
+    let faults = [
+        Fault::NoJacobian,
+        Fault::InverseJacobian,
+        Fault::ForgottenSupport,
+        Fault::ThresholdsOfBase,
+    ];
     let truths: Vec<_> = [places, [places[1], places[0]], glossy]
         .into_iter()
         .map(|pair| {
@@ -245,9 +265,10 @@ fn merges_have_the_mean_of_path_tracing() {
         })
         .collect();
     check_faults(&faults, |fault| {
-        for (label, rules) in &mappings()[..3] {
+        for (label, rules) in &mappings()[..4] {
             for (pair, truth) in &truths {
-                let pair = pair.map(|place| domain(&world, place, *rules).unwrap());
+                let of = |place: usize, scale| domain(&world, pair[place], of_pixel(*rules, scale)).unwrap();
+                let pair = [of(0, 1.0), of(1, 8.0)];
                 let mean = merged([&pair[0], &pair[1]], &Wrapped(fault), 30_000);
                 println!(
                     "{fault:?} {label}: {:.4} ± {:.4} against {:.4}",

@@ -6,6 +6,7 @@ mod checks;
 mod determinants;
 mod evaluation;
 mod integrals;
+mod mutations;
 mod naive;
 mod pairs;
 mod prefixes;

@@ -33,11 +33,18 @@ pub(crate) enum Fault {
     NoEarlierPair,
     /// Any distance will do.
     AnyDistance,
+    /// Any spread will do.
+    AnySpread,
+    /// The base path's pixel decides which pairs of the offset path are connectable.
+    ThresholdsOfBase,
 }
 
 /// A vertex, and the lobe that scatters there: its number and width.
 struct Node<V> {
     vertex: V,
+    /// To the vertex before.
+    wo: Vec3,
+    lobe: u8,
     roughness: f32,
 }
 
@@ -85,8 +92,12 @@ pub(crate) fn define<W: World>(
         let sampled = world.sample_lobe(&vertex, wo, scatter.lobe, scatter.direction)?;
         throughput *= ratio(sampled.scattering);
         let next = world.trace(&world.ray(&vertex, sampled.wi), RayKind::Replay)?;
-        let roughness = world.lobe_roughness(&vertex, sampled.lobe);
-        nodes.push(Node { vertex, roughness });
+        nodes.push(Node {
+            roughness: world.lobe_roughness(&vertex, sampled.lobe),
+            lobe: sampled.lobe,
+            vertex,
+            wo,
+        });
         (vertex, wo) = (next, -sampled.wi);
     }
     let wide = |vertex: &W::Vertex| {
@@ -99,10 +110,14 @@ pub(crate) fn define<W: World>(
     };
     let position = |node: &Node<W::Vertex>| world.position(&node.vertex);
     // The last own vertex, by the lobe that leads on from there.
-    let last = |roughness: f32| Node {
+    let last = |lobe: u8| Node {
         vertex: vertex.clone(),
-        roughness,
+        wo,
+        lobe,
+        roughness: width(&vertex, lobe),
     };
+    // Where a path without a last vertex ends.
+    let mut open = Vec3::ZERO;
     let power = |this: f64, other: f64| this * this / (this * this + other * other);
     let emitter_pdf = |pdf: f64| {
         if fault == Some(Fault::NoEmitterDensity) {
@@ -114,12 +129,14 @@ pub(crate) fn define<W: World>(
     let result = match (shape.anchor, shape.technique) {
         (AnchorKind::Vertex, technique) => {
             let kept = world.vertex(&x.place());
-            nodes.push(last(width(&vertex, shape.lobe_before)));
+            nodes.push(last(shape.lobe_before));
             let (before, here) = (world.position(&vertex), world.position(&kept));
             let d = here - before;
             let direction = d.normalize();
             nodes.push(Node {
                 roughness: width(&kept, shape.lobe_at),
+                lobe: shape.lobe_at,
+                wo: -direction,
                 vertex: kept.clone(),
             });
             let towards = world.evaluate_lobe(&vertex, wo, direction, shape.lobe_before);
@@ -177,9 +194,10 @@ pub(crate) fn define<W: World>(
                 let (u_select, u) = numbers.emitter(own);
                 world.sample_emitter(&vertex, u_select, u)?
             };
-            nodes.push(last(wide(&vertex)));
+            nodes.push(last(ALL_LOBES));
             push_end(world, &mut nodes, &endpoint);
             let light = light_of(world, &vertex, &endpoint)?;
+            open = light.direction;
             let all = world.evaluate(&vertex, wo, light.direction);
             let rival = match fault {
                 Some(Fault::LobeForTotal) => world.evaluate_lobe(&vertex, wo, light.direction, 0),
@@ -209,7 +227,8 @@ pub(crate) fn define<W: World>(
             let scatter = numbers.scatter(own);
             let sampled = world.sample_lobe(&vertex, wo, scatter.lobe, scatter.direction)?;
             let met = world.trace(&world.ray(&vertex, sampled.wi), RayKind::Replay);
-            nodes.push(last(world.lobe_roughness(&vertex, sampled.lobe)));
+            nodes.push(last(sampled.lobe));
+            open = sampled.wi;
             let endpoint = match &met {
                 Some(met) => Endpoint::Surface(world.place(met)),
                 None => Endpoint::Direction(sampled.wi),
@@ -235,9 +254,10 @@ pub(crate) fn define<W: World>(
         }
         (_, Technique::Scattering) => {
             let endpoint = x.endpoint();
-            nodes.push(last(width(&vertex, shape.lobe_before)));
+            nodes.push(last(shape.lobe_before));
             push_end(world, &mut nodes, &endpoint);
             let light = light_of(world, &vertex, &endpoint)?;
+            open = light.direction;
             let one = world.evaluate_lobe(&vertex, wo, light.direction, shape.lobe_before);
             let all = world.evaluate(&vertex, wo, light.direction);
             let total = if fault == Some(Fault::LobeForTotal) {
@@ -275,6 +295,7 @@ pub(crate) fn define<W: World>(
             && rough(a)
             && rough(b)
             && far(&rules, position(a), position(b))
+            && (fault == Some(Fault::AnySpread) || spreads(world, &rules, a, b))
         {
             first = Some(second);
         }
@@ -286,6 +307,9 @@ pub(crate) fn define<W: World>(
         && let Some(node) = nodes.last()
         && rules.reaches(shape.length)
         && (fault == Some(Fault::AnyRoughness) || node.roughness >= rules.min_roughness())
+        && rules
+            .footprint()
+            .is_none_or(|footprint| density(world, node, open) * f64::from(footprint.solid_angle()) <= 1.0)
     {
         first = Some(shape.length);
     }
@@ -300,9 +324,35 @@ pub(crate) fn define<W: World>(
 /// The vertex of an emitter, which counts as rough.
 fn push_end<W: World>(world: &W, nodes: &mut Vec<Node<W::Vertex>>, endpoint: &Endpoint) {
     if let Endpoint::Surface(place) = endpoint {
-        let (vertex, roughness) = (world.vertex(place), f32::INFINITY);
-        nodes.push(Node { vertex, roughness });
+        nodes.push(Node {
+            vertex: world.vertex(place),
+            wo: Vec3::ZERO,
+            lobe: 0,
+            roughness: f32::INFINITY,
+        });
     }
+}
+
+/// Density of a direction from a vertex, by its lobe or all of them.
+fn density<W: World>(world: &W, from: &Node<W::Vertex>, direction: Vec3) -> f64 {
+    let scattering = match from.lobe {
+        ALL_LOBES => world.evaluate(&from.vertex, from.wo, direction),
+        lobe => world.evaluate_lobe(&from.vertex, from.wo, direction, lobe),
+    };
+    f64::from(scattering.pdf.value())
+}
+
+/// Whether the lobes of a pair are as wide as the footprint asks, if there is one.
+fn spreads<W: World>(world: &W, rules: &Connectability, a: &Node<W::Vertex>, b: &Node<W::Vertex>) -> bool {
+    rules.footprint().is_none_or(|footprint| {
+        let area = f64::from(footprint.area());
+        let d = world.position(&b.vertex) - world.position(&a.vertex);
+        let direction = d.normalize();
+        let cos_theta = f64::from(world.geometric_normal(&b.vertex).dot(direction).abs());
+        let squared = d.as_dvec3().length_squared();
+        let back = 4.0 * std::f64::consts::PI * f64::from(b.roughness).powi(2) * squared;
+        area * density(world, a, direction) * cos_theta / squared <= 1.0 && back >= area
+    })
 }
 
 /// Whether vertices are far enough apart, and single precision resolves the direction between them.

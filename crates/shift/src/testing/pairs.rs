@@ -1,7 +1,7 @@
 //! Pairs of domains and the paths of one of them.
 
 use super::alcove::Alcove;
-use crate::connectability::Connectability;
+use crate::connectability::{Connectability, Footprint};
 use crate::domain::PathDomain;
 use crate::sample::PathSample;
 use crate::tracer::{Finding, TreeTracer};
@@ -12,7 +12,8 @@ use lightshed_sampling::{CounterRng, PathSeed};
 pub(crate) const LENGTH: u32 = 5;
 
 /// The mappings under test.
-pub(crate) fn mappings() -> [(&'static str, Connectability); 4] {
+pub(crate) fn mappings() -> [(&'static str, Connectability); 5] {
+    let footprint = Footprint::new(0.05, 0.02).unwrap();
     [
         ("hybrid", Connectability::hybrid(0.2, 0.1).unwrap()),
         (
@@ -20,8 +21,22 @@ pub(crate) fn mappings() -> [(&'static str, Connectability); 4] {
             Connectability::hybrid(0.05, 0.0).unwrap(),
         ),
         ("reconnection", Connectability::RECONNECTION),
+        (
+            "footprint",
+            Connectability::hybrid(1.0, 0.0)
+                .unwrap()
+                .with_footprint(footprint),
+        ),
         ("replay", Connectability::REPLAY),
     ]
+}
+
+/// The same rules of a pixel whose footprint is so many times as large.
+pub(crate) fn of_pixel(rules: Connectability, scale: f32) -> Connectability {
+    rules.footprint().map_or(rules, |footprint| {
+        let [area, solid_angle] = [footprint.area(), footprint.solid_angle()];
+        rules.with_footprint(Footprint::new(scale * area, scale * solid_angle).unwrap())
+    })
 }
 
 /// The domain of a point of the film, `[−1, 1]²`; `None` where nothing is seen.
@@ -59,7 +74,9 @@ pub(crate) fn random_paths<'w>(
         let reach = if turn % 4 == 0 { 2.0 } else { 0.2 };
         let [dx, dy] = rng.next_2d();
         let other = [place[0] + reach * (dx - 0.5), place[1] + reach * (dy - 0.5)];
-        let stricter = if turn % 5 == 0 && rules.replays() && rules.reaches(3) {
+        let stricter = if rules.footprint().is_some() {
+            of_pixel(rules, [0.5, 3.0, 1.0, 2.0][turn as usize % 4])
+        } else if turn % 5 == 0 && rules.replays() && rules.reaches(3) {
             Connectability::hybrid(0.35, 0.3).unwrap_or(rules)
         } else {
             rules

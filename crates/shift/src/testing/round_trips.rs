@@ -32,6 +32,8 @@ enum Fault {
     OneSidedGate,
     /// The image keeps the base path's density, so that the way back starts from another.
     StaleDensity,
+    /// The base path's pixel decides which pairs of the image are connectable.
+    ThresholdsOfBase,
 }
 
 /// The way back is defined and leads to the same path with the reciprocal Jacobian, also where
@@ -39,7 +41,12 @@ enum Fault {
 #[test]
 fn every_mapping_returns() {
     let world = Alcove::new();
-    let faults = [Fault::Inverse, Fault::OneSidedGate, Fault::StaleDensity];
+    let faults = [
+        Fault::Inverse,
+        Fault::OneSidedGate,
+        Fault::StaleDensity,
+        Fault::ThresholdsOfBase,
+    ];
     check_faults(&faults, |fault| {
         for (label, rules) in mappings() {
             for shift in [
@@ -47,6 +54,14 @@ fn every_mapping_returns() {
                 PathShift::default().with_jacobian_limit(4.0),
             ] {
                 let there = |x: &PathSample, from: &PathDomain<'_, Alcove>, to: &PathDomain<'_, Alcove>| {
+                    let judged = PathDomain {
+                        connectability: from.connectability,
+                        ..to.clone()
+                    };
+                    let to = match fault {
+                        Some(Fault::ThresholdsOfBase) => &judged,
+                        _ => to,
+                    };
                     let (mut image, mut jacobian) = shifted(shift, x, from, to)?;
                     match fault {
                         Some(Fault::Inverse) if jacobian > 1.0 => jacobian = jacobian.recip(),

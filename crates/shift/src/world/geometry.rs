@@ -87,7 +87,7 @@ pub(crate) struct Sight {
     pub offset: Vec3,
     /// Unit direction to the vertex.
     pub direction: Vec3,
-    distance_squared: f32,
+    pub distance_squared: f32,
     /// Cosine at the vertex between its geometric normal and the direction; either sign.
     cos_theta: f32,
     /// Of the vertex.
