@@ -161,6 +161,9 @@ fn check(options: &RestirPtOptions) -> Result<(), GpuError> {
     if options.world.is_some() {
         return refused("the device knows no cells of space");
     }
+    if options.footprint.is_some() || options.mutations > 0 {
+        return refused("the device knows neither footprints nor steps of Markov chains");
+    }
     Ok(())
 }
 
@@ -218,7 +221,9 @@ mod tests {
     fn other_options_are_refused() {
         let usual = RestirPtOptions::real_time(PathMapping::Hybrid);
         assert!(check(&usual).is_ok());
-        let changes: [fn(&mut RestirPtOptions); 4] = [
+        let changes: [fn(&mut RestirPtOptions); 6] = [
+            |options| options.footprint = Some(100.0),
+            |options| options.mutations = 1,
             |options| options.pairs = Some(16),
             |options| options.direct_samples = 1,
             |options| options.path_starts_at_sensor = true,

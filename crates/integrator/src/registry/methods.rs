@@ -261,6 +261,8 @@ pub static METHODS: &[MethodEntry] = &[
             options::WORLD_CAP,
             options::WORLD_BRING,
             options::WORLD_READS,
+            options::FOOTPRINT,
+            options::MUTATIONS,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -275,6 +277,7 @@ pub static METHODS: &[MethodEntry] = &[
                     (options.temporal_cap, options.rounds) = (None, 0);
                 }
             }
+            options.mutations = values.get(&options::MUTATIONS).unwrap_or(0);
             restir_pt(stage, values, motion, options)
         },
     },
@@ -291,6 +294,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::DIRECT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
+            options::FOOTPRINT,
         ],
         start: |stage, values, motion| {
             let mut settings = RestirPtOptions::offline(values.path_mapping());
@@ -521,6 +525,7 @@ fn restir_pt<'b>(
     let options = RestirPtOptions {
         points: values.points(),
         visible_emission: values.visible_emission(),
+        footprint: values.get(&options::FOOTPRINT),
         ..options
     };
     let world = stage.world(values.light_choosing()).map_err(reason)?;

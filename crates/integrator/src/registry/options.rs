@@ -256,7 +256,21 @@ pub const MUTATIONS: MethodOption = MethodOption::new(
     "N",
     "0",
     |text| within(text, 0..=64),
-    "Steps of a Markov chain on each pixel's emitter after reuse from the frame before",
+    "Steps of a Markov chain on each pixel's sample after reuse from the frame before: its point of an emitter, or the \
+     vertex at which its path reconnects",
+);
+
+/// Reconnections by the spread of paths.
+pub const FOOTPRINT: MethodOption = MethodOption::new(
+    "footprint",
+    "PIXELS",
+    "",
+    |text| match text.parse::<f32>() {
+        Ok(pixels) if pixels > 0.0 && pixels.is_finite() => Ok(()),
+        _ => Err(format!("{text} is not a positive number of pixels")),
+    },
+    "Reconnect paths where they spread over the area of so many pixels, in place of a least distance of vertices and a \
+     least roughness of lobes",
 );
 
 /// Where reservoirs are.
@@ -604,9 +618,11 @@ impl MethodValues {
         self.get(&CAP).or(default)
     }
 
-    /// Whether reuse is in pairs, or followed by steps of Markov chains.
+    /// Whether reuse is in pairs, by footprints, or followed by steps of Markov chains.
     pub fn is_decorrelated(&self) -> bool {
-        self.get::<u32>(&PAIRS).is_some() || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
+        self.get::<u32>(&PAIRS).is_some()
+            || self.get::<f32>(&FOOTPRINT).is_some()
+            || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
     }
 
     /// Parameters of suffix reuse.

@@ -262,7 +262,16 @@ fn options_of_reuse_change_frames() {
         image
     };
     for (plain, changes) in [
-        ("restir-pt", &["cap=1", "pairs=16", "direct-samples=2"][..]),
+        (
+            "restir-pt",
+            &[
+                "cap=1",
+                "pairs=16",
+                "direct-samples=2",
+                "footprint=40",
+                "mutations=1",
+            ][..],
+        ),
         (
             "restir-suffix",
             &[

@@ -2,11 +2,17 @@
 //! neighbours.
 
 mod direct;
+mod footprint;
+mod mutation;
 mod options;
 mod seen;
 
 pub(crate) use direct::{DIRECT_EDGES, DirectLight};
-pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
+pub use options::{
+    MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions,
+};
+
+use footprint::PixelFootprint;
 
 use super::frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use super::world::{WorldCells, held_figures};
@@ -40,7 +46,7 @@ type PathReservoir<'a, E> = DomainReservoir<SeenPaths<'a, E>>;
 ///
 /// 1. resampled from the pixel's own trees of paths, with equal weights of the candidates;
 /// 2. merged with the previous frame's reservoir of the pixel that saw `x₁`, by the balance
-///    heuristic, in that frame's own domain (point and view direction);
+///    heuristic, in that frame's own domain (point and view direction), and mutated if asked to;
 /// 3. merged with those of neighbours, by the defensive pairwise weights (eq. 6.38), in one or more
 ///    rounds. The last round shades by the sum over its inputs (eq. 6.47), not by the sample it
 ///    keeps.
@@ -223,6 +229,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             .visible
             .prepare(wanted, scene, view.camera, self.motion.is_still(), max_length);
         let visible = self.direct.visible.get().filter(|_| !is_apart);
+        let footprint = PixelFootprint::new(view.camera, extent, self.options.footprint);
         let pixels = &mut self.pixels.of_mut(kept).0;
         pixels.resize_with(extent.len(), || PathPixel::NOTHING);
         let see =
@@ -247,9 +254,12 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
-                pixel.domain = vertex.zip(hit).map(|(vertex, hit)| SeenPaths {
-                    paths: PathDomain::behind(world, vertex, -ray.direction, connectability, max_length),
-                    distance: hit.t,
+                pixel.domain = vertex.zip(hit).map(|(vertex, hit)| {
+                    let rules = footprint.apply(connectability, index, &vertex);
+                    SeenPaths {
+                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length),
+                        distance: hit.t,
+                    }
                 });
             };
         let numbers = view.numbers.pass(Pass::Camera);
@@ -386,6 +396,17 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             let numbers = view.numbers.pass(Pass::Temporal);
             let in_time = Reuse::new(pixels, rule.with_mis(Mis::Balance));
             reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
+            if self.options.mutations > 0 && !cancel.load(Ordering::Relaxed) {
+                let roulette_from = self.world.scene().settings().roulette_depth;
+                // Numbers of a second reservoir, which no pixel has.
+                let numbers = numbers.reservoir(1);
+                mutation::step(
+                    &pixels.0,
+                    &mut reservoirs.now,
+                    (self.options.mutations, roulette_from),
+                    numbers,
+                );
+            }
         }
         let shade_part = |_, part: Contribution<'_, PathSample>, sum: &mut Rgb| {
             *sum += part.sample.contribution() * part.weight as f32;

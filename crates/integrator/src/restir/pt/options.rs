@@ -77,6 +77,13 @@ pub struct RestirPtOptions {
     /// cell keeps its site, the whole space of paths behind what one of its pixels saw, and is
     /// merged by the same shift: unbiased. Not for paths that start at the sensor.
     pub world: Option<WorldReuse>,
+    /// Reconnections by the spread of paths ([`Footprint`](lightshed_shift::Footprint)), in place
+    /// of `min_roughness` and `min_distance`: the least area is that of so many pixels at the
+    /// path's first vertex. `None` for the fixed thresholds.
+    pub footprint: Option<f32>,
+    /// Steps of a Markov chain on each pixel's path after reuse from the frame before
+    /// ([`PathMutator`](lightshed_shift::PathMutator)).
+    pub mutations: u32,
 }
 
 /// Why options are refused.
@@ -103,6 +110,12 @@ pub enum RestirPtError {
     Distance(f32),
     /// More samples of direct light than [`MAX_DIRECT_SAMPLES`].
     DirectSamples(u32),
+    /// A footprint that is not a positive number of pixels.
+    Footprint(f32),
+    /// A footprint for paths that start at the sensor, which have no common first vertex.
+    FootprintSensor,
+    /// More steps of Markov chains than [`MAX_STEPS`].
+    Mutations(u32),
 }
 
 /// Most trees of candidates for each pixel of a frame.
@@ -113,6 +126,9 @@ const DIRECT_SAMPLES: u32 = 4;
 
 /// Most rounds of spatial reuse.
 pub const MAX_ROUNDS: u32 = 64;
+
+/// Most steps of Markov chains for each pixel of a frame.
+pub const MAX_STEPS: u32 = 64;
 
 impl fmt::Display for RestirPtError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -135,6 +151,11 @@ impl fmt::Display for RestirPtError {
                     "{count} samples of direct light are more than {MAX_DIRECT_SAMPLES}"
                 )
             }
+            Self::Footprint(pixels) => {
+                write!(f, "a footprint of {pixels} pixels is not a positive number")
+            }
+            Self::FootprintSensor => f.write_str("paths that start at the sensor have no footprint"),
+            Self::Mutations(steps) => write!(f, "{steps} steps of Markov chains are more than {MAX_STEPS}"),
             Self::Distance(share) => write!(f, "a least distance of {share} does not lie in [0, 1]"),
         }
     }
@@ -163,6 +184,8 @@ impl RestirPtOptions {
             visible_emission: false,
             pairs: None,
             world: None,
+            footprint: None,
+            mutations: 0,
         }
     }
 
@@ -255,6 +278,17 @@ impl RestirPtOptions {
             world.check().map_err(RestirPtError::World)?;
             if self.path_starts_at_sensor {
                 return Err(RestirPtError::WorldSensor);
+            }
+        }
+        if self.mutations > MAX_STEPS {
+            return Err(RestirPtError::Mutations(self.mutations));
+        }
+        if let Some(pixels) = self.footprint {
+            if !(pixels > 0.0 && pixels.is_finite()) {
+                return Err(RestirPtError::Footprint(pixels));
+            }
+            if self.path_starts_at_sensor {
+                return Err(RestirPtError::FootprintSensor);
             }
         }
         if !(0.0..=1.0).contains(&self.min_distance) {

@@ -33,6 +33,8 @@ enum Fault {
     /// The MIS weight of an emitter that was met keeps the density that emitter sampling had at the
     /// base path's vertex.
     EmitterDensityOfBase,
+    /// Which vertices of an offset path may be reconnected is decided by the base path's pixel.
+    ThresholdsOfBase,
 }
 
 /// The shift, with or without a fault.
@@ -43,6 +45,16 @@ struct Faulty<'w> {
 }
 
 impl<'w> Faulty<'w> {
+    /// The pixel of an offset path, with the rules that it is judged by.
+    fn judged(&self, to: &Domain<'w>, from: &Domain<'w>) -> Domain<'w> {
+        match (self.fault, to.first()) {
+            (Some(Fault::ThresholdsOfBase), Some((first, wo))) => {
+                PathDomain::behind(self.world, first.clone(), wo, from.connectability(), 4)
+            }
+            _ => to.clone(),
+        }
+    }
+
     /// By how much that would change `F`.
     fn with_density_of_base(&self, y: &PathSample, from: &Domain<'w>, to: &Domain<'w>) -> Option<f64> {
         let anatomy = y.anatomy();
@@ -66,7 +78,7 @@ impl<'w> ShiftMapping<Domain<'w>> for Faulty<'w> {
         from: &Domain<'w>,
         to: &Domain<'w>,
     ) -> Result<Shifted<PathSample>, Undefined> {
-        let mut image = PathShift::default().shift(x, from, to)?;
+        let mut image = PathShift::default().shift(x, from, &self.judged(to, from))?;
         match self.fault {
             Some(Fault::JacobianDropped) => image.jacobian = Jacobian::IDENTITY,
             Some(Fault::EmitterDensityOfBase) => {
@@ -82,7 +94,10 @@ impl<'w> ShiftMapping<Domain<'w>> for Faulty<'w> {
     }
 
     fn pull(&self, y: &PathSample, to: &Domain<'w>, from: &Domain<'w>) -> Result<Pulled, Undefined> {
-        match (PathShift::default().pull(y, to, from), self.fault) {
+        match (
+            PathShift::default().pull(y, to, &self.judged(from, to)),
+            self.fault,
+        ) {
             (Ok(pulled), Some(Fault::JacobianDropped)) => Ok(Pulled {
                 jacobian: Jacobian::IDENTITY,
                 ..pulled
@@ -222,6 +237,78 @@ fn frames_reused_in_pairs_agree_with_path_tracing() {
     let agreement = Ensemble::of_chains(make, 1..4, 90, 1).compare(&truth);
     println!("{agreement:?}");
     agreement.verdict().unwrap();
+}
+
+/// Reconnections by the spread of paths leave the expectation alone: among surfaces of every kind,
+/// behind glass, and through a gap.
+#[test]
+fn frames_with_footprints_agree_with_path_tracing() {
+    let mut zoo = crate::shifts::zoo();
+    zoo.settings.max_depth = Some(5);
+    (zoo.settings.width, zoo.settings.height) = (24, 24);
+    let mut doorway = small_description(builtin::by_name("doorway").unwrap(), 16);
+    doorway.settings.max_depth = Some(4);
+    let further = [("zoo", zoo), ("doorway", doorway)].map(|(name, it)| (name, Scene::new(&it).unwrap()));
+    for (name, scene) in scenes().into_iter().chain(further) {
+        let truth = truth(&scene, 75);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
+        let options = RestirPtOptions {
+            footprint: Some(4.0),
+            ..real_time(PathMapping::Hybrid)
+        };
+        let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
+        let agreement = Ensemble::of_chains(make, 1..4, 100, 1).compare(&truth);
+        println!("{name}: {agreement:?}");
+        agreement.verdict().unwrap();
+    }
+}
+
+/// Pixels of a disk see surfaces at other distances and angles, so their footprints differ.
+#[test]
+fn footprints_of_other_pixels_are_detected() {
+    let mut description = cornell_without_light(builtin::cornell_glossy(), 24);
+    description.settings.max_depth = Some(4);
+    let scene = Scene::new(&description).unwrap();
+    let truth = truth(&scene, 120);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
+    let options = RestirPtOptions {
+        footprint: Some(20.0),
+        rounds: 3,
+        neighbourhood: Neighbourhood::Disk {
+            radius: 16.0,
+            count: 5,
+        },
+        ..real_time(PathMapping::Hybrid)
+    };
+    check_faults(&[Fault::ThresholdsOfBase], |fault| {
+        let shift = Faulty { world: &world, fault };
+        let make = || {
+            RestirPt::new(&world, options, CameraMotion::STILL)
+                .unwrap()
+                .with_shift(shift)
+        };
+        let agreement = Ensemble::of_chains(make, 1..4, 130, 1).compare(&truth);
+        println!("{fault:?}: {agreement:?}");
+        agreement.verdict()
+    })
+    .unwrap();
+}
+
+/// Steps of Markov chains leave the expectation alone.
+#[test]
+fn mutated_frames_agree_with_path_tracing() {
+    for (name, scene) in scenes() {
+        let truth = truth(&scene, 75);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
+        let options = RestirPtOptions {
+            mutations: 2,
+            ..real_time(PathMapping::Hybrid)
+        };
+        let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
+        let agreement = Ensemble::of_chains(make, 1..4, 100, 1).compare(&truth);
+        println!("{name}: {agreement:?}");
+        agreement.verdict().unwrap();
+    }
 }
 
 /// In a scene lit indirectly, where determinants differ from 1. Power: the faults are off by 10 and
@@ -428,6 +515,17 @@ fn options_out_of_range_are_refused() {
         refused(&|o| o.path_starts_at_sensor = true),
         RestirPtError::TemporalSensor
     );
+    assert_eq!(
+        refused(&|o| o.footprint = Some(0.0)),
+        RestirPtError::Footprint(0.0)
+    );
+    assert_eq!(refused(&|o| o.mutations = 65), RestirPtError::Mutations(65));
+    let at_sensor = RestirPtOptions {
+        footprint: Some(1.0),
+        ..RestirPtOptions::offline_published(PathMapping::Hybrid)
+    };
+    let error = RestirPt::new(&world, at_sensor, CameraMotion::STILL).err();
+    assert_eq!(error, Some(RestirPtError::FootprintSensor));
     assert_eq!(refused(&|o| o.min_distance = -1.0), RestirPtError::Distance(-1.0));
     assert!(matches!(
         refused(&|o| o.neighbourhood = Neighbourhood::Window { radius: 0 }),

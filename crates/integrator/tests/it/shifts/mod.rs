@@ -6,3 +6,5 @@ mod integrals;
 mod round_trips;
 mod suffixes;
 mod zoo;
+
+pub use zoo::zoo;
