@@ -33,8 +33,6 @@ enum Fault {
     /// The MIS weight of an emitter that was met keeps the density that emitter sampling had at the
     /// base path's vertex.
     EmitterDensityOfBase,
-    /// Which vertices of an offset path may be reconnected is decided by the base path's pixel.
-    ThresholdsOfBase,
 }
 
 /// The shift, with or without a fault.
@@ -45,16 +43,6 @@ struct Faulty<'w> {
 }
 
 impl<'w> Faulty<'w> {
-    /// The pixel of an offset path, with the rules that it is judged by.
-    fn judged(&self, to: &Domain<'w>, from: &Domain<'w>) -> Domain<'w> {
-        match (self.fault, to.first()) {
-            (Some(Fault::ThresholdsOfBase), Some((first, wo))) => {
-                PathDomain::behind(self.world, first.clone(), wo, from.connectability(), 4)
-            }
-            _ => to.clone(),
-        }
-    }
-
     /// By how much that would change `F`.
     fn with_density_of_base(&self, y: &PathSample, from: &Domain<'w>, to: &Domain<'w>) -> Option<f64> {
         let anatomy = y.anatomy();
@@ -78,7 +66,7 @@ impl<'w> ShiftMapping<Domain<'w>> for Faulty<'w> {
         from: &Domain<'w>,
         to: &Domain<'w>,
     ) -> Result<Shifted<PathSample>, Undefined> {
-        let mut image = PathShift::default().shift(x, from, &self.judged(to, from))?;
+        let mut image = PathShift::default().shift(x, from, to)?;
         match self.fault {
             Some(Fault::JacobianDropped) => image.jacobian = Jacobian::IDENTITY,
             Some(Fault::EmitterDensityOfBase) => {
@@ -94,10 +82,7 @@ impl<'w> ShiftMapping<Domain<'w>> for Faulty<'w> {
     }
 
     fn pull(&self, y: &PathSample, to: &Domain<'w>, from: &Domain<'w>) -> Result<Pulled, Undefined> {
-        match (
-            PathShift::default().pull(y, to, &self.judged(from, to)),
-            self.fault,
-        ) {
+        match (PathShift::default().pull(y, to, from), self.fault) {
             (Ok(pulled), Some(Fault::JacobianDropped)) => Ok(Pulled {
                 jacobian: Jacobian::IDENTITY,
                 ..pulled
@@ -261,37 +246,6 @@ fn frames_with_footprints_agree_with_path_tracing() {
         println!("{name}: {agreement:?}");
         agreement.verdict().unwrap();
     }
-}
-
-/// Pixels of a disk see surfaces at other distances and angles, so their footprints differ.
-#[test]
-fn footprints_of_other_pixels_are_detected() {
-    let mut description = cornell_without_light(builtin::cornell_glossy(), 24);
-    description.settings.max_depth = Some(4);
-    let scene = Scene::new(&description).unwrap();
-    let truth = truth(&scene, 120);
-    let world = SceneWorld::new(&scene, scene.emitters_by_power());
-    let options = RestirPtOptions {
-        footprint: Some(20.0),
-        rounds: 3,
-        neighbourhood: Neighbourhood::Disk {
-            radius: 16.0,
-            count: 5,
-        },
-        ..real_time(PathMapping::Hybrid)
-    };
-    check_faults(&[Fault::ThresholdsOfBase], |fault| {
-        let shift = Faulty { world: &world, fault };
-        let make = || {
-            RestirPt::new(&world, options, CameraMotion::STILL)
-                .unwrap()
-                .with_shift(shift)
-        };
-        let agreement = Ensemble::of_chains(make, 1..4, 130, 1).compare(&truth);
-        println!("{fault:?}: {agreement:?}");
-        agreement.verdict()
-    })
-    .unwrap();
 }
 
 /// Steps of Markov chains leave the expectation alone.
