@@ -82,8 +82,9 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         }
     }
 
-    /// With frames whose numbers are those of `points`; the default is independent ones. Numbers of
-    /// different pixels are independent in both cases, as sharing requires.
+    /// With frames whose numbers are those of `points`; the default is independent ones. Directions
+    /// of a pixel do not depend on where other pixels' paths begin, as sharing requires: blue noise
+    /// stratifies pixels together within a block of numbers, and these are different blocks.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
