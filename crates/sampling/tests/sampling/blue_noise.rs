@@ -25,7 +25,11 @@ fn each_pixel_has_nets() {
                         let sample = (5 << m) + i;
                         (0..4)
                             .map(|d| {
-                                let sample = if fault.is_some() { sample ^ (d * 37) } else { sample };
+                                let sample = if fault.is_some() {
+                                    sample ^ (d * 37)
+                                } else {
+                                    sample
+                                };
                                 BlueNoiseSampler::at(5, pixel, sample, first + d)
                             })
                             .collect()
