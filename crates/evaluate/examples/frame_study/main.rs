@@ -52,6 +52,9 @@ struct Arguments {
     /// Independent chains.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
+    /// Number of the first chain, which names its random numbers.
+    #[arg(long, default_value_t = 0)]
+    first: u32,
     /// Frames of a chain whose covariance is taken, after the others; 0 for none.
     #[arg(long, default_value_t = 0)]
     covariance: u32,
@@ -487,7 +490,7 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
                 }),
                 _ => study.started(stage, method, samples)?,
             };
-            filtered = study.chain(&mut *chain, u64::from(repeat) + 1, &mut errors)?;
+            filtered = study.chain(&mut *chain, u64::from(arguments.first + repeat) + 1, &mut errors)?;
         }
         let [mse, rel_mse, filtered_mse, filtered_rel_mse] = errors.sums.map(|sum| sum / errors.frames);
         let mut row = json!({
@@ -511,8 +514,13 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
         }
         if arguments.covariance > 1 {
             let mut chain = study.started(stage, method, samples)?;
-            let temporal =
-                TemporalStudy::run(&mut *chain, arguments.frames, arguments.covariance, 9, &never)?;
+            let temporal = TemporalStudy::run(
+                &mut *chain,
+                arguments.frames,
+                arguments.covariance,
+                9 + u64::from(arguments.first),
+                &never,
+            )?;
             let covariance = temporal.autocovariance(32, 16);
             let scale = 1.0 / (mean * mean);
             row["in_time"] = json!(
