@@ -165,9 +165,11 @@ fn pascal_lanes<W: LaneWords>(x: W) -> W {
 /// samples are not independent, *nor are those of different pixels*.
 ///
 /// ```
-/// use lightshed_sampling::BlueNoiseSampler; // One sample in each pixel of a row: neighbours get
-/// numbers from different halves, in pairs // that begin at either the first or the second. let
-/// half: Vec<bool> = (0..64).map(|x| BlueNoiseSampler::new(5, x, 0).next_f32() < 0.5).collect();
+/// use lightshed_sampling::BlueNoiseSampler;
+///
+/// // One sample in each pixel of a row: neighbours get numbers from different halves, in pairs
+/// // that begin at either the first or the second.
+/// let half: Vec<bool> = (0..64).map(|x| BlueNoiseSampler::new(5, x, 0).next_f32() < 0.5).collect();
 /// let differ = |first: usize| half[first..63].chunks_exact(2).all(|pair| pair[0] != pair[1]);
 /// assert!(differ(0) || differ(1));
 /// ```

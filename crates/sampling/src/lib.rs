@@ -29,8 +29,9 @@
 //! use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
 //!
 //! // An environment map of 4 × 2 pixels with a bright one; its sampler reports densities on the
-//! unit square. let radiance = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 90.0, 2.0]; let map =
-//! PiecewiseConstant2d::new(&radiance, 4)?;
+//! // unit square.
+//! let radiance = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 90.0, 2.0];
+//! let map = PiecewiseConstant2d::new(&radiance, 4)?;
 //!
 //! let mean = |pixel: u32| {
 //!     let sum: f32 = (0..256)
