@@ -167,11 +167,15 @@ fn pascal_lanes<W: LaneWords>(x: W) -> W {
 /// ```
 /// use lightshed_sampling::BlueNoiseSampler;
 ///
-/// // One sample in each pixel of a row: neighbours get numbers from different halves, in pairs
-/// // that begin at either the first or the second.
-/// let half: Vec<bool> = (0..64).map(|x| BlueNoiseSampler::new(5, x, 0).next_f32() < 0.5).collect();
-/// let differ = |first: usize| half[first..63].chunks_exact(2).all(|pair| pair[0] != pair[1]);
-/// assert!(differ(0) || differ(1));
+/// // One sample a pixel: the four pixels of a square have numbers from different quarters, for one
+/// // of the four places where squares may begin.
+/// let quarter = |x, y| (4.0 * BlueNoiseSampler::new(5, y << 16 | x, 0).next_f32()) as u32;
+/// let differ = |x, y| {
+///     let square = [(0, 0), (1, 0), (0, 1), (1, 1)];
+///     square.iter().map(|(dx, dy)| 1 << quarter(x + dx, y + dy)).sum::<u32>() == 0b1111
+/// };
+/// let all = |x, y| (0..256).all(|i| differ(x + 2 * (i % 16), y + 2 * (i / 16)));
+/// assert_eq!((0..4).filter(|i| all(i % 2, i / 2)).count(), 1);
 /// ```
 #[derive(Clone, Debug)]
 pub struct BlueNoiseSampler {
