@@ -169,12 +169,12 @@ fn pascal_lanes<W: LaneWords>(x: W) -> W {
 ///
 /// // One sample a pixel: the four pixels of a square have numbers from different quarters, for one
 /// // of the four places where squares may begin.
-/// let quarter = |x, y| (4.0 * BlueNoiseSampler::new(5, y << 16 | x, 0).next_f32()) as u32;
-/// let differ = |x, y| {
+/// let quarter = |x: u32, y: u32| (4.0 * BlueNoiseSampler::new(5, y << 16 | x, 0).next_f32()) as u32;
+/// let differ = |x: u32, y: u32| {
 ///     let square = [(0, 0), (1, 0), (0, 1), (1, 1)];
-///     square.iter().map(|(dx, dy)| 1 << quarter(x + dx, y + dy)).sum::<u32>() == 0b1111
+///     square.iter().map(|(dx, dy)| 1u32 << quarter(x + dx, y + dy)).sum::<u32>() == 0b1111
 /// };
-/// let all = |x, y| (0..256).all(|i| differ(x + 2 * (i % 16), y + 2 * (i / 16)));
+/// let all = |x: u32, y: u32| (0..256).all(|i| differ(x + 2 * (i % 16), y + 2 * (i / 16)));
 /// assert_eq!((0..4).filter(|i| all(i % 2, i / 2)).count(), 1);
 /// ```
 #[derive(Clone, Debug)]
