@@ -64,6 +64,16 @@ pub(crate) struct Region {
     pub arrivals: [Passage; 3],
 }
 
+impl Region {
+    /// That has learnt nothing.
+    fn new(options: &FieldOptions) -> Self {
+        Self {
+            share: options.first_share,
+            ..Self::default()
+        }
+    }
+}
+
 /// The field's knowledge at a position.
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<D> {
@@ -107,20 +117,26 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
     /// # Errors
     /// [`GuidingError::Bounds`], [`GuidingError::Option`].
     pub fn new(bounds: Bounds, model: M, options: FieldOptions) -> Result<Self, GuidingError> {
+        Self::with_partition(P::over(bounds)?, bounds, model, options)
+    }
+
+    /// A field over a box with this partition of it, in which nothing was learnt.
+    ///
+    /// # Errors
+    /// [`GuidingError::Option`].
+    pub fn with_partition(
+        partition: P,
+        bounds: Bounds,
+        model: M,
+        options: FieldOptions,
+    ) -> Result<Self, GuidingError> {
         options.check()?;
-        let partition = P::over(bounds)?;
         let slots = partition.slot_count();
         let mut records = vec![M::Record::default(); slots * model.stride()];
         records
             .chunks_mut(model.stride())
             .for_each(|records| model.reset(records));
-        let region = Region {
-            share: options.first_share,
-            has_learnt: false,
-            samples: 0,
-            passage: Passage::default(),
-            arrivals: [Passage::default(); 3],
-        };
+        let region = Region::new(&options);
         Ok(Self {
             partition,
             bounds,
@@ -137,6 +153,12 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
             sorted: Vec::new(),
             slots: Vec::new(),
         })
+    }
+
+    /// Bytes that a region takes in a field of this model, without those of the partition and of
+    /// samples that wait for an update.
+    pub fn region_bytes(model: &M) -> usize {
+        model.stride() * size_of::<M::Record>() + size_of::<Region>() + 4 * model.table_words()
     }
 
     /// What is learnt.
@@ -280,6 +302,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 max_regions,
                 ..
             } = self.options;
+            let positions = self.samples.iter().map(TrainingSample::position);
+            self.partition.claim(positions, &counts, split_above);
             let adapted = self
                 .partition
                 .adapt(&counts, split_above, collapse_below, max_regions);
@@ -342,7 +366,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         let stride = self.model.stride();
         let slots = self.partition.slot_count();
         let mut records = vec![M::Record::default(); slots * stride];
-        let mut regions = vec![Region::default(); slots];
+        let mut regions = vec![Region::new(&self.options); slots];
         let mut parts = vec![0u32; self.regions.len()];
         for origin in (0..slots).filter_map(|slot| self.partition.origin(slot as u32)) {
             parts[origin as usize] += 1;

@@ -13,6 +13,7 @@
 //! | quadtrees alone, and their limits | [`CompressedQuadtree`], [`MAX_QUADTREE_BITS`], [`MAX_QUADTREE_DEPTH`] |
 //! | lobes alone | [`VmfMixture`], [`VmfLobe`], [`concentration_of`] |
 //! | a field on a device | [`GuidingField::flat`], [`FlatGuidingField`] |
+//! | the same in a bounded memory | [`HashCells`] as the field's partition |
 //! | chains that need no list of lights | [`MarkovState`], [`MarkovChain`] |
 //! | choosing among neighbours' states | [`Discovery`], [`neighbour_offset`] of [`OFFSET_WORDS`] words |
 //! | caches of visible lights | [`LightCache`], [`LightTreeCache`] |
@@ -31,6 +32,7 @@ mod binary_tree;
 mod error;
 mod field;
 mod flat;
+mod hash_cells;
 mod light_cache;
 mod markov;
 mod model;
@@ -53,6 +55,7 @@ pub use error::GuidingError;
 pub use field::{FieldUpdate, Guidance, GuidingField};
 pub use flat::FlatGuidingField;
 pub use glam;
+pub use hash_cells::{HashCells, HashCellsOptions};
 pub use light_cache::{
     BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, FlatLightCache,
     LightCache, LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions,

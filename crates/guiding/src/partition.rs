@@ -33,6 +33,11 @@ pub trait Partition: Clone + Send + Sync + Sized {
     /// Extent of that box.
     fn extent(&self, slot: u32) -> Vec3;
 
+    /// Looks at the positions of an update's samples before [`adapt`](Self::adapt): for partitions
+    /// that open regions where samples are, and not only where others were. `counts` are the
+    /// samples of each slot. By default nothing.
+    fn claim(&mut self, _positions: impl Iterator<Item = Vec3>, _counts: &[u32], _split_above: u32) {}
+
     /// Splits regions with more samples than `split_above`, and joins those that have fewer than
     /// `collapse_below` together, by one level. Returns whether anything changed. `counts` are the
     /// samples of each slot.

@@ -13,7 +13,7 @@
 //!
 //! ```sh
 //! cargo run --release -p lightshed-integrator --example guide_training -- \
-//!     [scene] [cdq|sdtree|vmf|mcmm|places] [bits] [frames] [setting=value]…
+//!     [scene] [cdq|sdtree|vmf|mcmm|mcmm-grid|places] [bits] [frames] [setting=value]…
 //! ```
 
 use lightshed_guiding::{Interpolation, QuadtreeGoal};
@@ -68,6 +68,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "place-decay" => options.places.decay = value.parse()?,
             "even" => options.places.even_share = value.parse()?,
             "exchanges" => options.places.exchanges = value.parse()?,
+            "states" => options.states = value.parse()?,
+            "memory" => options.memory = (value.parse::<f64>()? * f64::from(1 << 20)) as usize,
+            "cells" => options.cells.cells = value.parse()?,
+            "levels" => options.cells.levels = value.parse()?,
+            "survival" => options.chains.survival = value.parse()?,
             "lights" if value == "none" => lights = LightChoosing::Unfound,
             "lights" => lights = value.parse()?,
             "table" => table = value.parse()?,

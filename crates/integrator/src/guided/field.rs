@@ -4,8 +4,8 @@ use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
     BinaryTree, FieldUpdate, FlightArrival, FlightEnd, Guidance, GuidingError, GuidingField, GuidingSample,
-    MAX_LOBES, MarkovModel, PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree, Visit, VmfMixture,
-    VmfModel, WeightedDirections, WeightedTreeModel,
+    HashCells, HashCellsOptions, MarkovModel, PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree,
+    Visit, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -24,6 +24,8 @@ pub enum SceneField {
     Vmf(GuidingField<VmfModel>),
     /// Chains of lobes in an octree.
     Mixture(GuidingField<MarkovModel>),
+    /// Chains of lobes in the cells of a hash grid.
+    MixtureGrid(GuidingField<MarkovModel, HashCells>),
     /// Places in an octree.
     Places(GuidingField<PlaceModel>),
 }
@@ -65,8 +67,19 @@ impl SceneField {
                 Self::Vmf(GuidingField::new(bounds, model, options.field)?)
             }
             GuideKind::Mixture => {
-                let model = MarkovModel::new(options.chains, MAX_LOBES as u32)?;
+                let model = MarkovModel::new(options.chains, options.states)?;
                 Self::Mixture(GuidingField::new(bounds, model, options.field)?)
+            }
+            GuideKind::MixtureGrid => {
+                let model = MarkovModel::new(options.chains, options.states)?;
+                let region = GuidingField::<_, HashCells>::region_bytes(&model);
+                let slots = HashCells::slots_within(options.memory, region);
+                let cells = HashCellsOptions {
+                    slots,
+                    ..options.cells
+                };
+                let cells = HashCells::new(bounds, cells)?;
+                Self::MixtureGrid(GuidingField::with_partition(cells, bounds, model, options.field)?)
             }
             GuideKind::Places => {
                 let model = PlaceModel::new(options.places)?;
@@ -83,6 +96,7 @@ impl SceneField {
             Self::SdTree(field) => field.record(samples),
             Self::Vmf(field) => field.record(samples),
             Self::Mixture(field) => field.record(samples),
+            Self::MixtureGrid(field) => field.record(samples),
             Self::Places(field) => field.record(samples),
         }
     }
@@ -95,6 +109,7 @@ impl SceneField {
             Self::SdTree(field) => field.visit(visits),
             Self::Vmf(field) => field.visit(visits),
             Self::Mixture(field) => field.visit(visits),
+            Self::MixtureGrid(field) => field.visit(visits),
             Self::Places(field) => field.visit(visits),
         }
     }
@@ -107,6 +122,7 @@ impl SceneField {
             Self::SdTree(field) => field.worth(position),
             Self::Vmf(field) => field.worth(position),
             Self::Mixture(field) => field.worth(position),
+            Self::MixtureGrid(field) => field.worth(position),
             Self::Places(field) => field.worth(position),
         }
     }
@@ -119,6 +135,7 @@ impl SceneField {
             Self::SdTree(field) => field.arrive(arrivals),
             Self::Vmf(field) => field.arrive(arrivals),
             Self::Mixture(field) => field.arrive(arrivals),
+            Self::MixtureGrid(field) => field.arrive(arrivals),
             Self::Places(field) => field.arrive(arrivals),
         }
     }
@@ -131,6 +148,7 @@ impl SceneField {
             Self::SdTree(field) => field.arrival_worth(position, end),
             Self::Vmf(field) => field.arrival_worth(position, end),
             Self::Mixture(field) => field.arrival_worth(position, end),
+            Self::MixtureGrid(field) => field.arrival_worth(position, end),
             Self::Places(field) => field.arrival_worth(position, end),
         }
     }
@@ -145,6 +163,7 @@ impl SceneField {
             Self::SdTree(field) => field.update(),
             Self::Vmf(field) => field.update(),
             Self::Mixture(field) => field.update(),
+            Self::MixtureGrid(field) => field.update(),
             Self::Places(field) => field.update(),
         }
     }
@@ -156,6 +175,7 @@ impl SceneField {
             Self::SdTree(field) => field.forget_samples(),
             Self::Vmf(field) => field.forget_samples(),
             Self::Mixture(field) => field.forget_samples(),
+            Self::MixtureGrid(field) => field.forget_samples(),
             Self::Places(field) => field.forget_samples(),
         }
     }
@@ -167,6 +187,7 @@ impl SceneField {
             Self::SdTree(field) => field.mean_share(),
             Self::Vmf(field) => field.mean_share(),
             Self::Mixture(field) => field.mean_share(),
+            Self::MixtureGrid(field) => field.mean_share(),
             Self::Places(field) => field.mean_share(),
         }
     }
@@ -178,6 +199,7 @@ impl SceneField {
             Self::SdTree(field) => field.learnt_regions(),
             Self::Vmf(field) => field.learnt_regions(),
             Self::Mixture(field) => field.learnt_regions(),
+            Self::MixtureGrid(field) => field.learnt_regions(),
             Self::Places(field) => field.learnt_regions(),
         }
     }
@@ -220,6 +242,10 @@ impl DirectionGuide for SceneField {
                 Some((FieldDirections::SdTree(directions), share))
             }
             Self::Vmf(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::Lobes(directions), share))
+            }
+            Self::MixtureGrid(field) => {
                 let Guidance { directions, share } = field.at(vertex.position)?;
                 Some((FieldDirections::Lobes(directions), share))
             }

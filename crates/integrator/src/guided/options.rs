@@ -2,8 +2,8 @@
 
 use crate::volume::volpath::VolumeTracking;
 use lightshed_guiding::{
-    FieldOptions, GuidingError, MarkovOptions, PlaceOptions, QuadtreeOptions, VmfFitOptions,
-    WeightedTreeOptions,
+    FieldOptions, GuidingError, HashCellsOptions, MAX_LOBES, MarkovOptions, PlaceOptions, QuadtreeOptions,
+    VmfFitOptions, WeightedTreeOptions,
 };
 use lightshed_sampling::PointSet;
 use lightshed_scene::volume::FlightGuiding;
@@ -22,17 +22,20 @@ pub enum GuideKind {
     Vmf,
     /// Eight Markov chains, each with a lobe, in an octree.
     Mixture,
+    /// A few Markov chains in each cell of a hash grid, in a bounded memory.
+    MixtureGrid,
     /// Dozens of lobes towards places in an octree, for many small lights.
     Places,
 }
 
 impl GuideKind {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Quadtree,
         Self::SdTree,
         Self::Vmf,
         Self::Mixture,
+        Self::MixtureGrid,
         Self::Places,
     ];
 
@@ -43,6 +46,7 @@ impl GuideKind {
             Self::SdTree => "sdtree",
             Self::Vmf => "vmf",
             Self::Mixture => "mcmm",
+            Self::MixtureGrid => "mcmm-grid",
             Self::Places => "places",
         }
     }
@@ -54,7 +58,7 @@ impl GuideKind {
             Self::Quadtree => 1.7,
             Self::SdTree => 2.0,
             Self::Vmf => 1.8,
-            Self::Mixture => 2.6,
+            Self::Mixture | Self::MixtureGrid => 2.6,
             Self::Places => 4.0,
         }
     }
@@ -95,6 +99,13 @@ pub struct GuidedPathsOptions {
     pub vmf: VmfFitOptions,
     /// How chains learn and wander.
     pub chains: MarkovOptions,
+    /// Chains in each region or cell, 1 to [`MAX_LOBES`].
+    pub states: u32,
+    /// Cells of a hash grid; [`memory`](Self::memory) decides on how many there are.
+    pub cells: HashCellsOptions,
+    /// Bytes of the cells of a hash grid with what they know. Samples that wait for an update come
+    /// on top of it.
+    pub memory: usize,
     /// How places are learnt.
     pub places: PlaceOptions,
     /// How regions are divided and shares are learnt.
@@ -146,6 +157,9 @@ impl GuidedPathsOptions {
                 survival: 0.5,
                 ..MarkovOptions::default()
             },
+            states: MAX_LOBES as u32,
+            cells: HashCellsOptions::default(),
+            memory: 8 << 20,
             places: PlaceOptions::default(),
             field: match kind {
                 GuideKind::Places => places_field(),

@@ -3,24 +3,38 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP, GUIDE,
-    GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_SCATTER, GUIDE_TRAINING, PAIRS, SHADOW_FILTER,
-    SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP, WORLD_CELLS, WORLD_READS,
+    GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_SCATTER, GUIDE_STATES, GUIDE_TRAINING,
+    PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP, WORLD_CELLS,
+    WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
 pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let guided = values.guided_paths().is_some();
     let cached = values.cache_rule().is_some();
-    let quadtrees = values.get::<String>(&GUIDE).is_some_and(|guide| guide == "cdq");
+    let guide = |names: &[&str]| {
+        let guide = values.get::<String>(&GUIDE);
+        guide.is_some_and(|guide| names.contains(&guide.as_str()))
+    };
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 8] = [
+    let rules: [(&[&MethodOption], bool, &str); 10] = [
         (
             &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS, &GUIDE_SCATTER],
             guided,
             "without --guide",
         ),
-        (&[&GUIDE_BITS], quadtrees, "without --guide cdq"),
+        (&[&GUIDE_BITS], guide(&["cdq"]), "without --guide cdq"),
+        (
+            &[&GUIDE_STATES],
+            guide(&["mcmm", "mcmm-grid"]),
+            "without --guide mcmm or mcmm-grid",
+        ),
+        (
+            &[&GUIDE_MEMORY],
+            guide(&["mcmm-grid"]),
+            "without --guide mcmm-grid",
+        ),
         (
             &[&GUIDE_TRAINING, &GUIDE_ALWAYS],
             !cached,

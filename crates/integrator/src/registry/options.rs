@@ -42,7 +42,7 @@ pub const GUIDE: MethodOption = MethodOption::new(
         _ => one_of(text, &GuideKind::ALL.map(GuideKind::name)),
     },
     "What guides directions: none, cdq (quadtrees of a few bits in an octree), sdtree (quadtrees with weights in a binary tree), \
-     vmf (mixtures of lobes in an octree), mcmm (Markov chains of lobes in an octree) or places (many small lights in an octree)",
+     vmf (mixtures of lobes in an octree), mcmm (Markov chains of lobes in an octree), mcmm-grid (the same in a hash grid of bounded memory) or places (many small lights in an octree)",
 );
 
 /// Bits of a quadtree.
@@ -55,6 +55,30 @@ pub const GUIDE_BITS: MethodOption = MethodOption::new(
         _ => Err(format!("{text} is not a multiple of 32 in 32..=1024")),
     },
     "Bits of a quadtree of --guide cdq",
+);
+
+/// Chains of a region.
+pub const GUIDE_STATES: MethodOption = MethodOption::new(
+    "guide-states",
+    "N",
+    "8",
+    |text| match text.parse::<u32>() {
+        Ok(states) if (1..=8).contains(&states) => Ok(()),
+        _ => Err(format!("{text} is not in 1..=8")),
+    },
+    "Chains in a region of --guide mcmm or a cell of --guide mcmm-grid",
+);
+
+/// Memory of a hash grid.
+pub const GUIDE_MEMORY: MethodOption = MethodOption::new(
+    "guide-memory",
+    "MIB",
+    "8",
+    |text| match text.parse::<f64>() {
+        Ok(size) if size > 0.0 && size <= 65536.0 => Ok(()),
+        _ => Err(format!("{text} is not over 0 to 65536")),
+    },
+    "Memory of the cells of --guide mcmm-grid in MiB; cells are as many as fit, by a power of two",
 );
 
 /// Frames that train a guide.
@@ -521,6 +545,9 @@ impl MethodValues {
     pub fn guided_paths(&self) -> Option<GuidedPathsOptions> {
         let mut options = GuidedPathsOptions::new(self.get(&GUIDE)?);
         options.quadtree.bits = self.get(&GUIDE_BITS).unwrap_or(options.quadtree.bits);
+        options.states = self.get(&GUIDE_STATES).unwrap_or(options.states);
+        let bytes = |size: f64| (size * f64::from(1 << 20)) as usize;
+        options.memory = self.get(&GUIDE_MEMORY).map_or(options.memory, bytes);
         options.training = self.guide_training_given().unwrap_or(options.training);
         if self.is_on(&GUIDE_ALWAYS) {
             (options.every_frame, options.may_drop) = (true, false);

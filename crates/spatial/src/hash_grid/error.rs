@@ -12,6 +12,8 @@ pub enum HashGridError {
     Growth(f32),
     /// The number of slots is not in 1 to 2²⁸.
     Slots(usize),
+    /// Words that no table has.
+    Words,
 }
 
 impl fmt::Display for HashGridError {
@@ -24,6 +26,7 @@ impl fmt::Display for HashGridError {
                     "cells that grow by {growth} of the distance: it must be finite and not negative"
                 )
             }
+            Self::Words => write!(f, "the words are not those of a table of cells"),
             Self::Slots(slots) => write!(f, "a table of {slots} slots: it must have 1 to 2^28"),
         }
     }

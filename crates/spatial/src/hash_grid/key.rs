@@ -58,18 +58,54 @@ impl CellKey {
         (self.0 >> (3 * COORDINATE_BITS + 5)) as u32 & 7
     }
 
+    /// The cell of the next level, twice as large, that this one lies in; of the last level itself.
+    #[inline]
+    #[must_use]
+    pub fn parent(self) -> Self {
+        match self.level() + 1 {
+            LEVELS => self,
+            level => Self::new(self.coordinates().map(|c| c >> 1), level, self.face()),
+        }
+    }
+
     /// The key mixed to 63 bits, one to one, and never 0: equal words are equal keys.
     #[inline(always)]
     pub(super) fn word(self) -> u64 {
         // Odd factors modulo 2^63 and downward shifts are invertible.
-        const LOW: u64 = (1 << 63) - 1;
         let mut x = self.0 | 1 << 62;
         x ^= x >> 32;
-        x = x.wrapping_mul(0xd6e8_feb8_6659_fd93) & LOW;
+        x = x.wrapping_mul(FACTORS[0]) & LOW;
         x ^= x >> 32;
-        x = x.wrapping_mul(0xa076_1d64_78bd_642f) & LOW;
+        x = x.wrapping_mul(FACTORS[1]) & LOW;
         x ^ x >> 32
     }
+
+    /// The key of a word; `None` of what is the word of no key.
+    pub(super) fn of_word(word: u64) -> Option<Self> {
+        let mut x = word & LOW;
+        x ^= x >> 32;
+        x = x.wrapping_mul(const { inverse(FACTORS[1]) }) & LOW;
+        x ^= x >> 32;
+        x = x.wrapping_mul(const { inverse(FACTORS[0]) }) & LOW;
+        x ^= x >> 32;
+        (x >> 62 == 1).then_some(Self(x & !(1 << 62)))
+    }
+}
+
+/// Bits of a word.
+const LOW: u64 = (1 << 63) - 1;
+/// Odd factors of the mixing.
+const FACTORS: [u64; 2] = [0xd6e8_feb8_6659_fd93, 0xa076_1d64_78bd_642f];
+
+/// The inverse of an odd number modulo 2^64: each of Newton's steps doubles the number of bits.
+const fn inverse(odd: u64) -> u64 {
+    let mut x = odd;
+    let mut step = 0;
+    while step < 6 {
+        x = x.wrapping_mul(2u64.wrapping_sub(odd.wrapping_mul(x)));
+        step += 1;
+    }
+    x
 }
 
 #[cfg(test)]
@@ -98,6 +134,13 @@ mod tests {
                 (coordinates, level, face)
             );
             assert!(key.word() != 0 && key.word() >> 63 == 0);
+            assert_eq!(CellKey::of_word(key.word()), Some(key));
+            let parent = key.parent();
+            let halves = coordinates.map(|c| c.div_euclid(2));
+            if level + 1 < LEVELS {
+                assert_eq!((parent.coordinates(), parent.level()), (halves, level + 1));
+            }
+            assert_eq!(parent.face(), face);
             words.insert(key.word());
             keys.insert(key);
         }

@@ -92,6 +92,38 @@ impl CellTable {
         })
     }
 
+    /// A table with the [`words`](Self::words) of another; claims that were not settled there are
+    /// lost, and all cells count as used now.
+    ///
+    /// # Errors
+    /// Words that no table has: another number than a power of two of at least 32, one that is no
+    /// cell's, a cell in a slot where no look-up finds it, a cell twice.
+    pub fn from_words(words: &[u64]) -> Result<Self, HashGridError> {
+        let mut table = Self::new(words.len())?;
+        if table.slots() != words.len() {
+            return Err(HashGridError::Slots(words.len()));
+        }
+        for (slot, &word) in words.iter().enumerate().filter(|(_, word)| **word & KEPT != 0) {
+            let key = CellKey::of_word(word).ok_or(HashGridError::Words)?;
+            if table.find(key).is_some() {
+                return Err(HashGridError::Words);
+            }
+            *table.lines[slot / LINE].0[slot % LINE].get_mut() = word;
+            if table.find(key) != Some(slot as u32) {
+                return Err(HashGridError::Words);
+            }
+        }
+        table.count();
+        Ok(table)
+    }
+
+    /// The cell that has a slot.
+    pub fn key(&self, slot: u32) -> Option<CellKey> {
+        let line = self.lines.get(slot as usize / LINE)?;
+        let word = line.0[slot as usize % LINE].load(Ordering::Relaxed);
+        CellKey::of_word(word).filter(|_| word & KEPT != 0)
+    }
+
     /// Number of slots.
     #[inline(always)]
     pub fn slots(&self) -> usize {
@@ -258,6 +290,39 @@ impl CellTable {
     }
 }
 
+impl Clone for CellTable {
+    fn clone(&self) -> Self {
+        let copied = |words: &[AtomicU64]| {
+            let words = words
+                .iter()
+                .map(|word| AtomicU64::new(word.load(Ordering::Relaxed)));
+            words.collect::<Box<[_]>>()
+        };
+        let line = |line: &Line| {
+            Line(std::array::from_fn(|place| {
+                AtomicU64::new(line.0[place].load(Ordering::Relaxed))
+            }))
+        };
+        let used = self
+            .used
+            .iter()
+            .map(|pass| AtomicU32::new(pass.load(Ordering::Relaxed)));
+        Self {
+            lines: self.lines.iter().map(line).collect(),
+            used: used.collect(),
+            refused: copied(&self.refused),
+            ..*self
+        }
+    }
+}
+
+impl std::fmt::Debug for CellTable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut table = f.debug_struct("CellTable");
+        table.field("occupancy", &self.occupancy).finish_non_exhaustive()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -325,5 +390,38 @@ mod tests {
                 assert_eq!(words(&table), words(&reversed));
             }
         }
+    }
+
+    /// A copy, and a table of the same words, find the same slots; words in wrong slots, twice, or of
+    /// no key are refused.
+    #[test]
+    fn tables_are_their_words() {
+        let mut table = CellTable::new(256).unwrap();
+        (0..180).for_each(|number| table.claim(key(number)));
+        table.settle(|_| ());
+        let mut found = words(&table);
+        let same = CellTable::from_words(&found).unwrap();
+        for number in 0..200 {
+            let slot = table.find(key(number));
+            assert_eq!(
+                (same.find(key(number)), table.clone().find(key(number))),
+                (slot, slot)
+            );
+            assert_eq!(slot.and_then(|slot| same.key(slot)), slot.map(|_| key(number)));
+        }
+        let occupied = table.occupied().next().unwrap() as usize;
+        let elsewhere = (occupied + 128) % 256;
+        let refused = |words: &[u64]| CellTable::from_words(words).err();
+        assert_eq!(refused(&found[..96]), Some(HashGridError::Slots(96)));
+        let kept = found[occupied];
+        found[elsewhere] = kept;
+        assert_eq!(refused(&found), Some(HashGridError::Words));
+        found[elsewhere] = 0;
+        (found[occupied], found[occupied / 8 * 8 + (occupied + 1) % 8]) = (kept, kept);
+        assert_eq!(refused(&found), Some(HashGridError::Words));
+        found.fill(0);
+        // Without the bit that every key has before it is mixed.
+        found[0] = KEPT;
+        assert_eq!(refused(&found), Some(HashGridError::Words));
     }
 }
