@@ -3,8 +3,9 @@
 use crate::directions::{UNIT, lobes, quadtree};
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{
-    BinaryTree, DirectionalModel, FieldOptions, GuidingError, GuidingField, GuidingSample, Interpolation,
-    Partition, QuadtreeGoal, QuadtreeModel, QuadtreeOptions, WeightedTreeModel, WeightedTreeOptions,
+    BinaryTree, DirectionalModel, FieldOptions, GuidingError, GuidingField, GuidingSample, HashCells,
+    HashCellsOptions, Interpolation, MarkovModel, MarkovOptions, Partition, QuadtreeGoal, QuadtreeModel,
+    QuadtreeOptions, WeightedTreeModel, WeightedTreeOptions,
 };
 #[cfg(feature = "serde")]
 use lightshed_guiding::{SavedField, WeightedTree};
@@ -70,6 +71,10 @@ fn trained<M: DirectionalModel, P: Partition>(model: M, threads: usize) -> Vec<[
     })
 }
 
+fn chains() -> MarkovModel {
+    MarkovModel::new(MarkovOptions::default(), 4).unwrap()
+}
+
 #[test]
 fn fields_do_not_depend_on_threads() {
     let weighted = || WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
@@ -85,12 +90,14 @@ fn fields_do_not_depend_on_threads() {
         trained::<_, AdaptiveOctree>(quadtree(64), 1),
         trained::<_, AdaptiveOctree>(even(), 1),
         trained::<_, BinaryTree>(weighted(), 1),
+        trained::<_, HashCells>(chains(), 1),
     );
     assert!(one.0.iter().any(|known| *known != [0; 2]));
     for threads in [2, 7] {
         assert_eq!(trained::<_, AdaptiveOctree>(quadtree(64), threads), one.0);
         assert_eq!(trained::<_, AdaptiveOctree>(even(), threads), one.1);
         assert_eq!(trained::<_, BinaryTree>(weighted(), threads), one.2);
+        assert_eq!(trained::<_, HashCells>(chains(), threads), one.3);
     }
 }
 
@@ -208,6 +215,15 @@ fn saved_fields_are_checked() {
     tree.update().unwrap();
     let loaded = GuidingField::<_, BinaryTree>::load(&tree.save(), model(), OPTIONS).unwrap();
     assert_eq!(bits(&loaded), bits(&tree));
+    let mut cells = GuidingField::<_, HashCells>::new(UNIT, chains(), OPTIONS).unwrap();
+    cells.record(&lobes(8000, 3));
+    cells.update().unwrap();
+    let saved_cells = cells.save();
+    let loaded = GuidingField::<_, HashCells>::load(&saved_cells, chains(), OPTIONS).unwrap();
+    assert_eq!(
+        (bits(&loaded), loaded.save()),
+        (bits(&cells), saved_cells.clone())
+    );
     #[cfg(feature = "serde")]
     {
         let text = serde_json::to_value(&saved).unwrap();
@@ -251,6 +267,62 @@ fn saved_fields_are_checked() {
             &|text| text["records"][0][0]["weights"][0] = (-1.0).into()
         ));
     }
+}
+
+/// Cells open where samples are and divide where there are many; each lies in its parent, and has
+/// the samples in it. A table of 32 slots is never more than full, reports what it refuses, and
+/// leaves these samples outside; so much memory has so many cells.
+#[test]
+fn cells_follow_samples_within_their_memory() {
+    let field = |slots| {
+        let options = HashCellsOptions {
+            slots,
+            ..HashCellsOptions::default()
+        };
+        let cells = HashCells::new(UNIT, options).unwrap();
+        let mut field = GuidingField::with_partition(cells, UNIT, chains(), OPTIONS).unwrap();
+        let mut samples = lobes(20_000, 3);
+        // A crowded corner.
+        samples[..10_000]
+            .iter_mut()
+            .for_each(|sample| sample.position *= 0.1);
+        field.record(&samples);
+        let update = field.update().unwrap();
+        assert_eq!(update.samples + update.outside, 20_000);
+        (field, update, samples)
+    };
+    let (wide, update, samples) = field(1 << 12);
+    let cells = wide.partition();
+    assert_eq!((update.outside, cells.occupancy().refused), (0, 0));
+    let mut counts = vec![0u32; cells.slot_count()];
+    for sample in &samples {
+        let slot = cells.slot(sample.position).unwrap();
+        let Bounds { min, max } = cells.bounds(slot);
+        let slack = 1e-5;
+        assert!(sample.position.cmpge(min - slack).all() && sample.position.cmple(max + slack).all());
+        assert!((cells.extent(slot) - (max - min)).length() < 1e-5);
+        counts[slot as usize] += 1;
+    }
+    let largest = counts.iter().max().unwrap();
+    assert!(*largest <= OPTIONS.split_above, "{largest}");
+    assert!(cells.extent(cells.slot(Vec3::splat(0.05)).unwrap()).x < 0.07);
+    assert!(cells.slot(Vec3::splat(2.0)).is_none() && cells.slot(Vec3::NAN).is_none());
+    let (narrow, update, _) = field(32);
+    let occupancy = narrow.partition().occupancy();
+    assert!(update.outside > 0 && occupancy.refused > 0 && occupancy.occupied <= 32);
+    for (bytes, region) in [(0, 100), (8 << 20, 316), (1 << 20, 4096)] {
+        let slots = HashCells::slots_within(bytes, region);
+        assert!(slots.is_power_of_two() && slots >= 32);
+        assert!(slots == 32 || slots * (region + 12) <= bytes && bytes < 3 * slots * (region + 12));
+    }
+    for (cells, levels, slots) in [(0, 8, 64), (4, 9, 64), (4, 8, 31)] {
+        assert!(HashCells::new(UNIT, HashCellsOptions { cells, levels, slots }).is_err());
+    }
+    let point = Bounds {
+        max: Vec3::ZERO,
+        ..UNIT
+    };
+    assert_eq!(HashCells::over(point).unwrap_err(), GuidingError::Bounds);
 }
 
 /// Samples that were not taken uniformly count by their weight: a field learns the same from

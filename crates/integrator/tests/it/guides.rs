@@ -10,7 +10,7 @@ use lightshed_sampling::{
     CounterRng, Density, DirectionDistribution, Frame, SolidAngle, UniformCone, UniformSphere,
 };
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
+use lightshed_scene::{Geometry, Rgb, Scene, SceneDescription, builtin, luminance};
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -103,6 +103,21 @@ const SIDE: u32 = 12;
 pub fn sized(mut description: SceneDescription) -> Scene {
     (description.settings.width, description.settings.height) = (SIDE, SIDE);
     Scene::new(&description).unwrap()
+}
+
+/// Candles whose flames have eight times the radius and the same power: rays by the BSDF find them
+/// often enough for the variance to be estimated.
+pub fn large_flames() -> SceneDescription {
+    let mut description = builtin::candles();
+    for shape in &mut description.shapes {
+        if let (Some(emission), Geometry::Mesh(mesh)) = (&mut shape.emission, &mut shape.geometry) {
+            let middle = mesh.positions.iter().sum::<Vec3>() / mesh.positions.len() as f32;
+            let larger = |p: &mut Vec3| *p = middle + 8.0 * (*p - middle);
+            mesh.positions.iter_mut().for_each(larger);
+            *emission /= 64.0;
+        }
+    }
+    description
 }
 
 /// The image's mean from so many samples of each pixel.

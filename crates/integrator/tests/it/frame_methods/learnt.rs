@@ -7,6 +7,7 @@
 
 use super::ensemble::{Agreement, Ensemble};
 use super::scenes::{cornell_without_light, every_emitter, small, small_description};
+use crate::guides::large_flames;
 use lightshed_integrator::{
     DirectLight, DirectLightOptions, EmitterSampler, GuideKind, GuidedPaths, GuidedPathsOptions,
     LightChoosing, LightSelection, PathTracer, RestirDi, RestirDiSettings,
@@ -133,5 +134,62 @@ fn learnt_methods_agree_behind_a_door_ajar() {
 fn learnt_methods_agree_in_the_atrium() {
     if let Some(scene) = published("sponza_crytek", 32) {
         agrees("sponza_crytek", &scene, 200);
+    }
+}
+
+/// Chains in cells of a hash grid, of eight and of one state, and in a table that is full, against
+/// the truth of `expected`; `sampler` guides.
+fn cells_agree(name: &str, scene: &Scene, expected: &LightSelection, sampler: &LightSelection, images: u32) {
+    let tracer = PathTracer::new(scene, expected);
+    let truth = Ensemble::of_estimator(&tracer, size(scene), 16, images);
+    for (states, memory) in [(8, 8 << 20), (1, 8 << 20), (8, 32 << 10)] {
+        let make = || {
+            let mut options = GuidedPathsOptions::new(GuideKind::MixtureGrid);
+            (options.training, options.may_drop) = (16, false);
+            (options.field.split_above, options.field.collapse_below) = (200, 100);
+            (options.states, options.memory) = (states, memory);
+            GuidedPaths::new(scene, sampler, options).unwrap()
+        };
+        let method = format!("{states} states in {} KiB", memory >> 10);
+        let frames = Ensemble::of_chains(make, 0..FRAMES, CHAINS, 1);
+        judge(name, &method, &frames.compare(&truth)).unwrap();
+    }
+}
+
+/// The same with one choice of emitters, by power.
+fn cells_agree_by_power(name: &str, scene: &Scene, images: u32) {
+    let by_power = LightSelection::new(scene, LightChoosing::Power).unwrap();
+    cells_agree(name, scene, &by_power, &by_power, images);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn cells_of_chains_agree_in_a_glossy_box() {
+    let description = cornell_without_light(shallow(builtin::cornell_glossy(), 32), 32);
+    cells_agree_by_power("cornell-glossy", &Scene::new(&description).unwrap(), 200);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn cells_of_chains_agree_by_large_flames() {
+    let scene = Scene::new(&shallow(large_flames(), 32)).unwrap();
+    let [list, unfound] =
+        [LightChoosing::Bvh, LightChoosing::Unfound].map(|rule| LightSelection::new(&scene, rule).unwrap());
+    cells_agree("large flames", &scene, &list, &unfound, 300);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn cells_of_chains_agree_in_the_pool() {
+    let mut description = small_description(builtin::pool(), 32);
+    description.settings.max_depth = Some(3);
+    cells_agree_by_power("pool", &Scene::new(&description).unwrap(), 600);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn cells_of_chains_agree_behind_a_door_ajar() {
+    if let Some(scene) = published("veach_ajar", 32) {
+        cells_agree_by_power("veach_ajar", &scene, 400);
     }
 }
