@@ -56,6 +56,8 @@ pub struct HashCells {
     divided: Vec<bool>,
     /// The slot before of each slot.
     origins: Vec<u32>,
+    /// The level of the cells that most samples were in.
+    usual: u32,
 }
 
 /// No slot.
@@ -101,6 +103,7 @@ impl HashCells {
             grid: grid.with_finer_levels(options.levels),
             divided: vec![false; table.slots()],
             origins: (0..table.slots() as u32).collect(),
+            usual: options.levels,
             table,
         })
     }
@@ -126,6 +129,28 @@ impl HashCells {
         let site = SurfaceSite::new(position - self.corner, Vec3::ZERO);
         let key = self.grid.at_level(&site, level)?;
         (key.level() == level).then_some(key)
+    }
+
+    /// The slot of the smallest cell of a position, and its level. The search begins at `level`: as
+    /// all larger cells of a cell are in the table, the result does not depend on it.
+    #[inline(always)]
+    fn descend(&self, position: Vec3, level: u32) -> Option<(u32, u32)> {
+        let find = |level| self.table.find(self.key(position, level)?);
+        let mut level = level;
+        let mut slot = loop {
+            match find(level) {
+                Some(slot) => break slot,
+                None if level < self.options.levels => level += 1,
+                None => return None,
+            }
+        };
+        while level > 0 && self.divided[slot as usize] {
+            match find(level - 1) {
+                Some(part) => (slot, level) = (part, level - 1),
+                None => break,
+            }
+        }
+        Some((slot, level))
     }
 
     fn side(&self, level: u32) -> f32 {
@@ -158,16 +183,14 @@ impl Partition for HashCells {
 
     #[inline]
     fn slot(&self, position: Vec3) -> Option<u32> {
-        let mut level = self.options.levels;
-        let mut slot = self.table.find(self.key(position, level)?)?;
-        while level > 0 && self.divided[slot as usize] {
-            level -= 1;
-            match self.key(position, level).and_then(|key| self.table.find(key)) {
-                Some(part) => slot = part,
-                None => break,
-            }
-        }
-        Some(slot)
+        self.descend(position, self.usual).map(|(slot, _)| slot)
+    }
+
+    #[inline]
+    fn slot_moved(&self, position: Vec3, offset: Vec3) -> Option<(u32, Option<u32>)> {
+        let (slot, level) = self.descend(position, self.usual)?;
+        let moved = self.descend(position + offset * self.side(level), level);
+        Some((slot, moved.map(|(slot, _)| slot)))
     }
 
     /// Of a slot without a cell it is the whole box.
@@ -206,7 +229,15 @@ impl Partition for HashCells {
         }
     }
 
-    fn adapt(&mut self, _: &[u32], _: u32, _: u32, _: usize) -> Result<bool, GuidingError> {
+    fn adapt(&mut self, counts: &[u32], _: u32, _: u32, _: usize) -> Result<bool, GuidingError> {
+        let mut of_level = [0u64; 16];
+        for (slot, count) in (0..).zip(counts).filter(|(_, count)| **count > 0) {
+            let level = self.table.key(slot).map_or(self.options.levels, CellKey::level);
+            of_level[level as usize % 16] += u64::from(*count);
+        }
+        let levels = 0..=self.options.levels;
+        let usual = levels.max_by_key(|level| of_level[*level as usize]);
+        self.usual = usual.unwrap_or(self.options.levels);
         for (slot, origin) in (0..).zip(&mut self.origins) {
             *origin = slot;
         }

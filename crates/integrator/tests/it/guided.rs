@@ -332,7 +332,7 @@ fn frames_that_explore_are_unbiased() {
                     .test_equal(&plain, 1e-5)
                     .map_err(|error| error.to_string())?;
             }
-            Ok(())
+            Ok::<(), String>(())
         },
     )
     .unwrap();
