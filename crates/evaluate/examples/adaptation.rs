@@ -16,7 +16,7 @@
 //!   and forgets its reservoirs (`RestirDi::change_scene`).
 //! - `path` has no memory and no list of lights: what the others gain over.
 //!
-//! An error is the mean squared relative error of a single frame, its geometric mean over the seeds.
+//! An error is the mean squared relative error of a single frame, its geometric mean over seeds.
 //! The converged error is the geometric mean of the last quarter of a period. A period's number is
 //! that of its first frame from which on three frames together are within a tenth of it.
 

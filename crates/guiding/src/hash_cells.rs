@@ -35,8 +35,8 @@ impl Default for HashCellsOptions {
 /// A [`Partition`] into cubic cells of a hash grid, which has a record only where samples are.
 ///
 /// A cell opens when a sample comes that has none. In cells with too many samples of an update,
-/// cells of half the side open where the samples are, with the record of the larger cell. That stays,
-/// and is used where no smaller one has opened. So regions follow the samples like those of an
+/// cells of half the side open where the samples are, with the record of the larger cell. That
+/// stays, and is used where no smaller one has opened. So regions follow the samples like those of an
 /// octree, and what they take is bounded from the start: a full table opens no more cells, and a
 /// sample without a cell is outside. From seven eighths on, cells are given up that 64 passes of
 /// updates have not used.
@@ -62,7 +62,7 @@ pub struct HashCells {
 
 /// No slot.
 const NOWHERE: u32 = u32::MAX;
-/// Where the box begins in the first cell, in sides of it: in no power of two of halvings at a border.
+/// Where the box begins in the first cell, in sides of it: no border of smaller cells.
 const MARGIN: Vec3 = Vec3::new(0.071, 0.113, 0.157);
 /// Passes without a sample after which a cell may be given up.
 const UNUSED: u32 = 64;
@@ -109,8 +109,8 @@ impl HashCells {
     }
 
     /// Most slots of a table whose cells, with `region_bytes` for each
-    /// ([`GuidingField::region_bytes`](crate::GuidingField::region_bytes)), fit into so many bytes; at
-    /// least 32.
+    /// ([`GuidingField::region_bytes`](crate::GuidingField::region_bytes)), fit into so many bytes;
+    /// at least 32.
     pub fn slots_within(bytes: usize, region_bytes: usize) -> usize {
         // The table has twelve for each slot.
         let own = 12 + size_of::<bool>() + size_of::<u32>();

@@ -231,8 +231,8 @@ impl DirectionDistribution for ChainDirections<'_> {
 }
 
 /// Chains in cells of a hash grid give the image's mean, eight and one in a cell, also where the
-/// table is full: z-tests at 1e-5 by candles without a list of lights. A lobe that counts twice, the
-/// density of a state after its update, and a density without its defensive part are found.
+/// table is full: z-tests at 1e-5 by candles without a list of lights. A lobe that counts twice,
+/// the density of a state after its update, and a density without its defensive part are found.
 #[test]
 fn chains_in_a_hash_grid_do_not_change_the_mean() {
     let scene = sized(large_flames());

@@ -392,8 +392,8 @@ mod tests {
         }
     }
 
-    /// A copy, and a table of the same words, find the same slots; words in wrong slots, twice, or of
-    /// no key are refused.
+    /// A copy, and a table of the same words, find the same slots; words in wrong slots, twice, or
+    /// of no key are refused.
     #[test]
     fn tables_are_their_words() {
         let mut table = CellTable::new(256).unwrap();
