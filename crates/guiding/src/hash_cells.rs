@@ -36,8 +36,8 @@ impl Default for HashCellsOptions {
 ///
 /// A cell opens when a sample comes that has none. In cells with too many samples of an update,
 /// cells of half the side open where the samples are, with the record of the larger cell. That
-/// stays, and is used where no smaller one has opened. So regions follow the samples like those of an
-/// octree, and what they take is bounded from the start: a full table opens no more cells, and a
+/// stays, and is used where no smaller one has opened. So regions follow the samples like those of
+/// an octree, and what they take is bounded from the start: a full table opens no more cells, and a
 /// sample without a cell is outside. From seven eighths on, cells are given up that 64 passes of
 /// updates have not used.
 ///
