@@ -105,8 +105,10 @@ fn asked_for(scene: &str, arguments: &Arguments) -> Result<Subject, Box<dyn Erro
         .filter_map(given)
         .filter(|method| is_direct(method))
         .count();
-    if direct != 0 && direct != methods.iter().filter_map(given).count() {
-        return Err("methods of direct light can only be compared with each other".into());
+    // With paths of two edges the others have direct light alone, too.
+    let is_mixed = direct != 0 && direct != methods.iter().filter_map(given).count();
+    if is_mixed && arguments.max_depth != Some(2) {
+        return Err("methods of direct light are only compared with others with --max-depth 2".into());
     }
     if direct != 0 {
         description.settings.max_depth = Some(2);
