@@ -507,7 +507,7 @@ fn lobes_are_evaluated_before_they_learn() {
         let faults = [Misjudged::OwnTwice, Misjudged::AfterUpdate, Misjudged::NoDefence];
         check_faults(&faults, |fault| {
             let mut test = MeanTest::new();
-            for i in 0..40_000 {
+            for i in 0..600_000 {
                 let mut rng = CounterRng::new(5, i, 0);
                 let known = model.directions(&records, position);
                 let (choice, u) = (rng.next_f32(), rng.next_2d());
