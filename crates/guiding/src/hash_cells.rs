@@ -291,7 +291,7 @@ impl Partition for HashCells {
         let whole = |pair: &[u32]| u64::from(pair[0]) | u64::from(pair[1]) << 32;
         let words: Vec<u64> = words.chunks_exact(2).map(whole).collect();
         let table = CellTable::from_words(&words).map_err(damaged)?;
-        if !(1..=1024).contains(&cells) || levels > 8 || saved.len() % 2 != 0 {
+        if !(1..=1024).contains(&cells) || levels > 8 || !saved.len().is_multiple_of(2) {
             return Err(GuidingError::Damaged("the size of the cells makes no sense"));
         }
         let slots = table.slots();
