@@ -5,8 +5,8 @@
 //! cargo run --release --example adaptation -- cornell --svg adaptation.svg
 //! ```
 //!
-//! The scene's lamps are dimmed to a hundredth. After `--frames` frames a lamp of a tenth of the
-//! largest one's size and of its power appears at one side, after as many it is at the other side,
+//! The scene's lamps are dimmed to a hundredth. After `--frames` frames a lamp of the power
+//! of the largest one and of `--side` of its sides appears at one side, after as many it is at the other side,
 //! and after as many again it is off. Direct light alone: paths have two edges.
 //!
 //! - `mcmm` keeps its chains, and samples no emitters.
@@ -53,6 +53,9 @@ struct Arguments {
     /// Samples of a reference.
     #[arg(long, default_value_t = 1024)]
     reference_spp: u32,
+    /// Side of the new lamp, relative to the largest one.
+    #[arg(long, default_value_t = 0.3)]
+    side: f32,
     /// Prints errors frame by frame as JSON instead of a table.
     #[arg(long)]
     json: bool,
@@ -76,8 +79,6 @@ const METHODS: [&str; 6] = [
 ];
 /// Factor of the scene's own lamps.
 const DIMMED: f32 = 0.01;
-/// Side of the new lamp, relative to the largest one.
-const SIDE: f32 = 0.1;
 /// Samples in each pixel of a frame of paths.
 const SAMPLES: u32 = 4;
 
@@ -102,9 +103,11 @@ fn periods(arguments: &Arguments) -> Result<Vec<Scene>, Failure> {
         };
         let middle = mesh.positions.iter().sum::<Vec3>() / mesh.positions.len() as f32;
         for position in &mut mesh.positions {
-            *position = middle + offset + SIDE * (*position - middle);
+            *position = middle + offset + arguments.side * (*position - middle);
         }
-        new.emission = new.emission.map(|emission| emission / (SIDE * SIDE));
+        new.emission = new
+            .emission
+            .map(|emission| emission / (arguments.side * arguments.side));
         changed.shapes.push(new);
         Ok(changed)
     };
