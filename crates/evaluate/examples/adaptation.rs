@@ -5,9 +5,9 @@
 //! cargo run --release --example adaptation -- cornell --svg adaptation.svg
 //! ```
 //!
-//! The scene's lamps are dimmed to a hundredth. After `--frames` frames a lamp of the power
-//! of the largest one and of `--side` of its sides appears at one side, after as many it is at the other side,
-//! and after as many again it is off. Direct light alone: paths have two edges.
+//! The scene's lamps are dimmed to a hundredth. After `--frames` frames a lamp of the power that
+//! the largest one had and `--side` of its sides appears on the left, after as many it is on the
+//! right, and after as many again it is off. Direct light alone: paths have two edges.
 //!
 //! - `mcmm` keeps its chains, and samples no emitters.
 //! - `path --guide …` keeps its field, learns after each frame of four samples a pixel, and samples
