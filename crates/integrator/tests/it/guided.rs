@@ -214,8 +214,8 @@ impl DirectionDistribution for ChainDirections<'_> {
 
 /// Chains in cells of a hash grid give the image's mean, eight and one in a cell, also in the
 /// smallest table: z-tests at 1e-5 by candles without a list of lights. A lobe that counts twice
-/// and a density without its defensive part are found; that of a state after its update is found in the
-/// tests of `lightshed-guiding`.
+/// and a density without its defensive part are found. The density of a state after its update is
+/// found by a test of `lightshed-guiding`.
 #[test]
 fn chains_in_a_hash_grid_do_not_change_the_mean() {
     let scene = sized(large_flames());
