@@ -10,9 +10,10 @@
 //! | outgoing radiance by place, with its variance and bias | [`RadianceCache`], [`CachedRadiance`] |
 //! | variance and bias of what samples of many vertices give | [`VertexMoments`], [`CellMoments`] |
 //! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
+//! | records by direction, for glossy surfaces | [`Facets`] |
 //! | the area spread of a path | [`AreaSpread`] |
 //! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
-//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`], [`MAX_REFINEMENT`], [`MAX_CELL_RESERVOIRS`], [`MAX_READS`] |
+//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`], [`MAX_REFINEMENT`], [`MAX_FACETS`], [`MAX_CELL_RESERVOIRS`], [`MAX_READS`] |
 //!
 //! A path that ends in a cache estimates another integral than one that does not. Everything here
 //! is **biased**, on purpose, and estimates its bias as far as possible.
@@ -29,6 +30,7 @@ mod budget;
 mod cache;
 mod cell;
 mod error;
+mod facets;
 mod grid;
 mod moments;
 mod options;
@@ -46,6 +48,7 @@ pub use budget::{PathBudget, Prefixed};
 pub use cache::RadianceCache;
 pub use cell::CellMoments;
 pub use error::CachingError;
+pub use facets::{Facets, MAX_FACETS};
 pub use glam;
 pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;

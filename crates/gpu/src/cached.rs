@@ -80,6 +80,11 @@ pub(crate) fn check_cache(options: &CachedPathsOptions) -> Result<(), GpuError> 
             "on the device the cells of a cache are not split".into(),
         ));
     }
+    if options.facets.is_some() {
+        return Err(GpuError::Settings(
+            "on the device a cache has no records by direction".into(),
+        ));
+    }
     match &options.guide {
         Some(guide) => check_guide(guide),
         None => Ok(()),

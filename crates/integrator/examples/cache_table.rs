@@ -3,12 +3,13 @@
 //!
 //! ```text
 //! cargo run --release -p lightshed-integrator --example cache_table -- \
-//!     SCENE [SIDE[:EVERY]] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE][~CELLS][%LEVELS]]…
+//!     SCENE [SIDE[:EVERY]] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE][~CELLS][%LEVELS][^FACETS]]…
 //! ```
 //!
 //! `SIDE²` pixels are judged. With `EVERY`, each is one of a square of `EVERY²` smaller pixels:
 //! what such a small pixel sees hardly varies, so nearly all of its variance is of what the bounds
-//! are about. `CELLS` scales the cells of the cache, which are halved up to `LEVELS` times.
+//! are about. `CELLS` scales the cells of the cache, which are halved up to `LEVELS` times. Glossy
+//! surfaces have records in `FACETS²` directions.
 //!
 //! With `EVERY`, the points above a bound are told apart: those that keep it by the brightness that
 //! the cache has there, of the others those where one edge varies by more than a fifth over what
@@ -19,7 +20,7 @@
 //! darkest per cent. `above` is the share of pixels whose variance is more than 1.2 times the
 //! bound. The reference has the last word on no more than its own noise, which is taken off.
 
-use lightshed_caching::{CacheView, Prefixed, Refinement, Termination};
+use lightshed_caching::{CacheView, Facets, Prefixed, Refinement, Termination};
 use lightshed_film::{FrameMethod, PixelEstimator, RayTally, SampleId, process_cpu_seconds};
 use lightshed_integrator::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsOptions, EndingVertex, GuidedPathsOptions, PathEnding,
@@ -203,7 +204,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let row = |rule: &str, found: &Pixels, [edges, records, passes]: [f64; 3]| {
         let [variance, bias] = errors(found, &truth);
         let bound = rule.strip_prefix("variance@").and_then(|rest| {
-            let end = rest.find(['+', '~', '%']).unwrap_or(rest.len());
+            let end = rest.find(['+', '~', '%', '^']).unwrap_or(rest.len());
             rest[..end].parse().ok()
         });
         let [median, above] = kept(found, &truth, bound.unwrap_or(f64::NAN));
@@ -236,7 +237,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         false => given,
     };
     for rule in rules {
-        let (ends, refined) = rule.split_once('%').unwrap_or((&rule, "0"));
+        let (ends, facets) = rule.split_once('^').unwrap_or((&rule, "0"));
+        let (ends, refined) = ends.split_once('%').unwrap_or((ends, "0"));
         let (ends, cells) = ends.split_once('~').unwrap_or((ends, "1"));
         let (ends, guide) = match ends.split_once('+') {
             Some((ends, guide)) => (ends, Some(GuidedPathsOptions::new(guide.parse()?))),
@@ -246,6 +248,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let cells: f32 = cells.parse()?;
         options.cache.cells.cell *= cells;
         options.cache.cells.growth *= cells;
+        options.facets = Facets::new(facets.parse()?).ok();
         options.cache.refinement = match refined.parse()? {
             0 => None,
             levels => Some(Refinement {
@@ -268,6 +271,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rule: options.rule,
             eye: scene.camera().ray(Vec2::splat(0.5), [0.5; 2]).origin,
             jitter: options.jitter,
+            facets: options.facets,
             survival,
             rays: &rays,
         };
@@ -281,7 +285,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             _ => Pixels::new(&tracer, points, samples, 1),
         };
         let bound = rule.strip_prefix("variance@").map(|rest| {
-            let end = rest.find(['+', '~', '%']).unwrap_or(rest.len());
+            let end = rest.find(['+', '~', '%', '^']).unwrap_or(rest.len());
             rest[..end].parse::<f64>()
         });
         if let (Some(Ok(bound)), true) = (bound, points.every > 1) {

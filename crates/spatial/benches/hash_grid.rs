@@ -14,6 +14,7 @@ fn keys(count: u32) -> Vec<CellKey> {
         cell: 1.0,
         growth: 0.0,
         faces: true,
+        facets: false,
     };
     let grid = LevelGrid::new(options).unwrap();
     let place = |i: u32| Vec3::new((i % 256) as f32, (i / 256 % 256) as f32, (i / 65_536) as f32);

@@ -16,6 +16,10 @@ pub struct SurfaceSite {
     /// its level of detail from it; 0 requests the finest cells. Use the whole path, not its last
     /// edge: a mirror is no reason for finer cells.
     pub eye_distance: f32,
+    /// The direction that is asked about, by a number of the user's own from 1 on: what leaves a
+    /// glossy surface differs from direction to direction. 0 for all directions together. Only
+    /// indices that say so look at it.
+    pub facet: u16,
 }
 
 impl SurfaceSite {
@@ -25,12 +29,18 @@ impl SurfaceSite {
             position,
             normal,
             eye_distance: 0.0,
+            facet: 0,
         }
     }
 
     /// The same site, reached from the eye by a path of this length.
     pub fn with_eye_distance(self, eye_distance: f32) -> Self {
         Self { eye_distance, ..self }
+    }
+
+    /// The same site, in the direction of this number.
+    pub fn with_facet(self, facet: u16) -> Self {
+        Self { facet, ..self }
     }
 }
 

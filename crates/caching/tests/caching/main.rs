@@ -2,6 +2,7 @@
 //! known.
 
 mod bounds;
+mod facets;
 mod moments;
 mod refinement;
 mod sphere;

@@ -279,6 +279,7 @@ fn options_are_taken_or_refused() {
     for (text, why) in [
         ("path:fixed:cache-always", "filled before its frames"),
         ("path:fixed:cache-refine=2", "not split"),
+        ("path:fixed:cache-facets=8", "by direction"),
         ("path:fixed:vmf", "cdq alone"),
         ("path:fixed:sobol", "independent"),
         ("path:fixed:visible=rays", "has to be paths"),

@@ -1,7 +1,7 @@
 //! Paths that end in a cache.
 
 use crate::path::ending::{EndingVertex, PathEnding, VertexEnding};
-use lightshed_caching::{AreaSpread, CacheView, PathBudget, Prefixed, Termination};
+use lightshed_caching::{AreaSpread, CacheView, CachedRadiance, Facets, PathBudget, Prefixed, Termination};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
@@ -14,7 +14,8 @@ const FIRST_WORD: u32 = 1 << 31;
 /// Ends paths in a cache by a rule ([`PathBudget`]).
 ///
 /// Surfaces without a wide lobe are passed, mirrors and metals that are not rough: their radiance
-/// belongs to a direction, not to a place. Places without a record are passed, too.
+/// belongs to a direction, not to a place. With facets, only those with narrower lobes than facets
+/// are. Places without a record are passed, too.
 #[derive(Clone, Copy)]
 pub struct CacheEnding<'c> {
     /// The cache.
@@ -25,6 +26,8 @@ pub struct CacheEnding<'c> {
     pub eye: Vec3,
     /// Whether the positions of look-ups are moved at random.
     pub jitter: bool,
+    /// How the directions of glossy surfaces are told apart, if they have records.
+    pub facets: Option<Facets>,
     /// Probability with which a path survives each vertex except its first.
     pub survival: f32,
     /// Counts rays.
@@ -35,17 +38,41 @@ pub struct CacheEnding<'c> {
 /// record averages over directions is another image than the surface reflects.
 const LEAST_ROUGHNESS: f32 = 0.4;
 
-/// Whether the cache may have a record for a vertex.
+/// A vertex in the form that the cache uses, if it may have a record for it. Cells grow with the
+/// straight distance from the camera, so that a place has one record and not one for each path to
+/// it.
 #[inline(always)]
-pub(super) fn has_record(vertex: &EndingVertex) -> bool {
-    vertex.roughness >= LEAST_ROUGHNESS
+pub(super) fn site(vertex: &EndingVertex, eye: Vec3, facets: Option<Facets>) -> Option<SurfaceSite> {
+    let facet = match (vertex.roughness >= LEAST_ROUGHNESS, facets) {
+        (true, _) => 0,
+        // A facet is about 3.5 / n wide, a lobe of reflection about 3 α.
+        (false, Some(facets)) if vertex.roughness * f32::from(facets.side()) >= 1.0 => {
+            facets.facet(vertex.direction)
+        }
+        _ => return None,
+    };
+    let site = SurfaceSite::new(vertex.position, vertex.normal).with_facet(facet);
+    Some(site.with_eye_distance(vertex.position.distance(eye)))
 }
 
-/// A vertex in the form that the cache uses. Cells grow with the straight distance from the camera,
-/// so that a place has one record and not one for each path to it.
+/// The record of a vertex at `site`, looked up at a place and, if it has a facet, in a direction
+/// moved at random.
 #[inline(always)]
-pub(super) fn site(vertex: &EndingVertex, eye: Vec3) -> SurfaceSite {
-    SurfaceSite::new(vertex.position, vertex.normal).with_eye_distance(vertex.position.distance(eye))
+pub(super) fn query_moved<'c>(
+    cache: &CacheView<'c>,
+    site: &SurfaceSite,
+    direction: Vec3,
+    facets: Option<Facets>,
+    rng: &mut CounterRng,
+) -> Option<&'c CachedRadiance> {
+    let u = rng.next_2d();
+    if let (1.., Some(facets)) = (site.facet, facets) {
+        let moved = site.with_facet(facets.moved(direction, rng.next_2d()));
+        return cache
+            .query(&cache.cells().jittered(&moved, u))
+            .or_else(|| cache.query(site));
+    }
+    cache.query_jittered(site, u)
 }
 
 /// Random numbers for ending a path at a vertex: a stream of four words.
@@ -83,12 +110,11 @@ impl PathEnding for CacheEnding<'_> {
             goes_on: factor,
             ..VertexEnding::GO_ON
         };
-        if !has_record(vertex) {
+        let Some(site) = site(vertex, self.eye, self.facets) else {
             return go_on;
-        }
-        let site = site(vertex, self.eye);
+        };
         let cached = match self.jitter {
-            true => self.cache.query_jittered(&site, rng.next_2d()),
+            true => query_moved(&self.cache, &site, vertex.direction, self.facets, &mut rng),
             false => self.cache.query(&site),
         };
         let Some(cached) = cached else {

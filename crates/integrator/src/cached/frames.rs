@@ -51,6 +51,8 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
     /// Options out of range.
     pub fn new(scene: &'a Scene, sampler: S, options: CachedPathsOptions) -> Result<Self, CachedPathsError> {
         options.check()?;
+        let mut options = options;
+        options.cache.cells.facets = options.facets.is_some();
         let settings = scene.settings();
         let size = [settings.width, settings.height];
         let middle = Vec2::new(size[0] as f32, size[1] as f32) / 2.0;
@@ -104,6 +106,7 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
             rule: self.options.rule,
             eye: self.eye,
             jitter: self.options.jitter,
+            facets: self.options.facets,
             survival: self.options.survival,
             rays: &self.rays,
         }
@@ -162,7 +165,8 @@ impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
     /// A pass of the cache.
     fn update(&mut self) {
         let (jitter, survival) = (self.options.jitter, self.options.survival);
-        let vertices = SceneVertices::new(self.scene, self.sampler, self.eye, jitter, survival);
+        let vertices = SceneVertices::new(self.scene, self.sampler, self.eye, jitter, survival)
+            .with_facets(self.options.facets);
         self.cache.offer(self.seen(&vertices));
         let pass = self.passes + 1;
         let rays = match &self.guide {

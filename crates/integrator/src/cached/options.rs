@@ -1,7 +1,7 @@
 //! Options: where paths end, and how the cache is filled.
 
 use crate::guided::{GuideError, GuidedPathsOptions};
-use lightshed_caching::{CachingError, RadianceCacheOptions, Termination};
+use lightshed_caching::{CachingError, Facets, RadianceCacheOptions, Termination};
 use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
 use lightshed_spatial::LevelGridOptions;
@@ -62,6 +62,9 @@ pub struct CachedPathsOptions {
     /// Whether the positions of look-ups are moved at random by up to half a cell, which
     /// interpolates between cells on average.
     pub jitter: bool,
+    /// How the directions of glossy surfaces are told apart: `None` if these surfaces have no
+    /// records and paths pass them.
+    pub facets: Option<Facets>,
     /// Probability with which a path survives each vertex except its first, by roulette: 1 for
     /// none.
     pub survival: f32,
@@ -84,9 +87,8 @@ impl CachedPathsOptions {
     pub fn new(rule: Termination, scene: &Scene) -> Self {
         let cells = LevelGridOptions {
             // A twelfth of a degree of the scene.
-            cell: scene.extent() / 700.0,
             growth: 0.1,
-            faces: true,
+            ..LevelGridOptions::new(scene.extent() / 700.0)
         };
         Self {
             rule,
@@ -94,6 +96,7 @@ impl CachedPathsOptions {
             passes: 64,
             every_frame: false,
             jitter: true,
+            facets: None,
             survival: 1.0,
             points: PointSet::Sobol,
             visible_emission: true,

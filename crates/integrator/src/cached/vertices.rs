@@ -1,6 +1,6 @@
 //! Samples of what vertices of a scene scatter.
 
-use super::ending::{has_record, numbers, site};
+use super::ending::{numbers, query_moved, site};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow_known;
 use crate::path::ending::EndingVertex;
@@ -11,7 +11,7 @@ use crate::path::paths::Paths;
 use crate::path::purpose::{Purpose, ending_surface};
 use crate::path::scattering::SurfaceVertex;
 use crate::path::transport::{PathState, Transport};
-use lightshed_caching::{CacheSample, CacheView, MAX_UPDATE_SAMPLES, VertexSampler, VertexVisit};
+use lightshed_caching::{CacheSample, CacheView, Facets, MAX_UPDATE_SAMPLES, VertexSampler, VertexVisit};
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PointSet;
@@ -41,6 +41,7 @@ pub struct SceneVertices<'a, S, G = NoGuide, O = NoObserver> {
     observer: O,
     eye: Vec3,
     jitter: bool,
+    facets: Option<Facets>,
     survival: f32,
     rays: RayTally,
 }
@@ -56,6 +57,7 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
             observer: NoObserver,
             eye,
             jitter,
+            facets: None,
             survival,
             rays: RayTally::default(),
         }
@@ -63,6 +65,12 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
 }
 
 impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a, S, G, O> {
+    /// With records of glossy surfaces, by direction.
+    #[must_use]
+    pub fn with_facets(self, facets: Option<Facets>) -> Self {
+        Self { facets, ..self }
+    }
+
     /// With a guide for directions, and an observer of all samples.
     #[must_use]
     pub fn guided<H: DirectionGuide, P: PathObserver>(
@@ -75,6 +83,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a
             observer,
             eye: self.eye,
             jitter: self.jitter,
+            facets: self.facets,
             survival: self.survival,
             rays: self.rays,
         }
@@ -93,7 +102,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> SceneVertices<'a
         let vertex = SurfaceVertex::new(scene, ray, point);
         let start: PathState<()> = PathState::START;
         let vertex = ending_surface(1, &start, ray, &vertex);
-        has_record(&vertex).then(|| (site(&vertex, self.eye), *ray))
+        Some((site(&vertex, self.eye, self.facets)?, *ray))
     }
 }
 
@@ -237,12 +246,14 @@ impl<R: EmitterSampler, H: DirectionGuide, O: PathObserver> Purpose for Found<'_
             }
             throughput /= survival;
         }
-        if has_record(vertex) {
-            let site = site(vertex, self.vertices.eye);
+        let SceneVertices {
+            eye, facets, jitter, ..
+        } = *self.vertices;
+        if let Some(site) = site(vertex, eye, facets) {
             let sample = &mut self.samples[place];
             sample.next.get_or_insert((site, *ray));
-            let cached = match self.vertices.jitter {
-                true => self.cache.query_jittered(&site, rng.next_2d()),
+            let cached = match jitter {
+                true => query_moved(self.cache, &site, vertex.direction, facets, &mut rng),
                 false => self.cache.query(&site),
             };
             if let Some(cached) = cached {

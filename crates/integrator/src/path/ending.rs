@@ -43,6 +43,8 @@ pub struct EndingVertex {
     pub position: Vec3,
     /// Unit geometric normal, on the side from which the path came.
     pub normal: Vec3,
+    /// Unit direction to where the path came from: in it, radiance leaves the vertex.
+    pub direction: Vec3,
     /// Cosine between that normal and the direction from which the path came; not negative.
     pub cos_theta: f32,
     /// Length of the edge that leads to it.

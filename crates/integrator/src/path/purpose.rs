@@ -94,6 +94,7 @@ pub(crate) fn ending_vertex<K>(
         depth,
         position,
         normal: if cosine < 0.0 { -normal } else { normal },
+        direction: -ray.direction,
         cos_theta: cosine.abs(),
         distance: position.distance(bounce.map_or(ray.origin, |bounce| bounce.from)),
         pdf: match bounce {

@@ -49,6 +49,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::CACHE_CELLS,
             options::CACHE_BORDERS,
             options::CACHE_REFINE,
+            options::CACHE_FACETS,
             options::CACHE_SURVIVAL,
         ],
         start: path,

@@ -6,7 +6,7 @@ use crate::{
     MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
     RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
 };
-use lightshed_caching::Refinement;
+use lightshed_caching::{Facets, Refinement};
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
 use lightshed_resampling::PairedPattern;
@@ -192,6 +192,15 @@ pub const CACHE_REFINE: MethodOption = MethodOption::new(
     "0",
     |text| within(text, 0..=lightshed_caching::MAX_REFINEMENT),
     "How often cells of --cache are halved where their own bias dominates",
+);
+
+/// Records by direction.
+pub const CACHE_FACETS: MethodOption = MethodOption::new(
+    "cache-facets",
+    "N",
+    "0",
+    |text| within(text, 0..=u32::from(lightshed_caching::MAX_FACETS)),
+    "Records of --cache for glossy surfaces, in each of N² facets of directions; 0 if paths pass these surfaces",
 );
 
 /// Cells of a cache that are not interpolated.
@@ -584,6 +593,7 @@ impl MethodValues {
                 ..Refinement::default()
             }),
         };
+        options.facets = Facets::new(self.get(&CACHE_FACETS).unwrap_or(0)).ok();
         options.jitter = !self.is_on(&CACHE_BORDERS);
         options.survival = self.get(&CACHE_SURVIVAL).unwrap_or(options.survival);
         options.points = self.points();

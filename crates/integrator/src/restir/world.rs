@@ -64,6 +64,7 @@ impl WorldReuse {
             cell: (scene.extent() * 1e-4).max(f32::MIN_POSITIVE),
             growth: self.cell_pixels * a.distance(b),
             faces: true,
+            facets: false,
         };
         WorldReservoirOptions {
             slots: self.slots,

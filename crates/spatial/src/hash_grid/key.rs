@@ -8,6 +8,9 @@
 /// | 0–17, 18–35, 36–53 | cell along x, y and z, in two's complement |
 /// | 54–58 | level: cells are 2^level times as large as the finest |
 /// | 59–61 | which way the normal points: ±x, ±y, ±z, or 6 without |
+///
+/// In a grid with facets the highest three bits of each coordinate, which are copies of the sign
+/// within its reach, are instead those bits and three of the facet combined by exclusive or.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(transparent)]
 pub struct CellKey(u64);
@@ -16,6 +19,10 @@ pub struct CellKey(u64);
 const COORDINATE_BITS: u32 = 18;
 /// Cells along an axis on each side of the origin.
 pub(super) const REACH: f64 = (1u32 << (COORDINATE_BITS - 1)) as f64;
+/// Bits of a facet in each coordinate.
+const FACET_BITS: u32 = 3;
+/// Cells along an axis on each side of the origin in a grid with facets.
+pub(super) const FACET_REACH: f64 = (1u32 << (COORDINATE_BITS - 1 - FACET_BITS)) as f64;
 /// Levels that have a number.
 pub(super) const LEVELS: u32 = 32;
 /// Number of directions of a normal, including none.
@@ -31,6 +38,15 @@ impl CellKey {
         Self(place | u64::from(rest) << (3 * COORDINATE_BITS))
     }
 
+    /// The key of the same cell for a facet, of which the lowest nine bits count. One to one for
+    /// coordinates within [`FACET_REACH`].
+    #[inline(always)]
+    pub(super) fn with_facet(self, facet: u16) -> Self {
+        let bits = |axis: u32| u64::from(facet) >> (FACET_BITS * axis) & ((1 << FACET_BITS) - 1);
+        let place = |axis| bits(axis) << (COORDINATE_BITS * (axis + 1) - FACET_BITS);
+        Self(self.0 ^ place(0) ^ place(1) ^ place(2))
+    }
+
     /// The bits.
     #[inline(always)]
     pub fn bits(self) -> u64 {
@@ -43,7 +59,7 @@ impl CellKey {
         (self.0 >> (3 * COORDINATE_BITS)) as u32 % LEVELS
     }
 
-    /// Cell numbers along the axes, in cells of its level.
+    /// Cell numbers along the axes, in cells of its level. Of a key without a facet.
     pub fn coordinates(self) -> [i32; 3] {
         [0, 1, 2].map(|axis| {
             let bits = (self.0 >> (axis * COORDINATE_BITS)) as u32;
@@ -59,6 +75,7 @@ impl CellKey {
     }
 
     /// The cell of the next level, twice as large, that this one lies in; of the last level itself.
+    /// Of a key without a facet.
     #[inline]
     #[must_use]
     pub fn parent(self) -> Self {
@@ -118,6 +135,7 @@ mod tests {
     fn keys_hold_what_they_are_made_of() {
         let mut words = HashSet::new();
         let mut keys = HashSet::new();
+        let (mut faceted, mut names) = (HashSet::new(), HashSet::new());
         for i in 0..100_000 {
             let mut rng = CounterRng::new(1, i, 0);
             let reach = REACH as i32;
@@ -141,9 +159,20 @@ mod tests {
                 assert_eq!((parent.coordinates(), parent.level()), (halves, level + 1));
             }
             assert_eq!(parent.face(), face);
+            // Within the reach of facets, no two facets of any cells share a key.
+            let near = coordinates.map(|c| c >> FACET_BITS);
+            assert!(near.iter().all(|c| f64::from(c.abs()) <= FACET_REACH));
+            let facet = (rng.next_u32() % 512) as u16;
+            let whole = CellKey::new(near, level, face);
+            if faceted.insert(whole.with_facet(facet)) {
+                names.insert((near, level, face, facet));
+            }
+            assert!(names.contains(&(near, level, face, facet)));
+            assert_eq!(whole.with_facet(0), whole);
             words.insert(key.word());
             keys.insert(key);
         }
         assert_eq!(words.len(), keys.len());
+        assert_eq!(faceted.len(), names.len());
     }
 }

@@ -1,7 +1,7 @@
 //! Grids whose cells grow with distance.
 
 use super::error::HashGridError;
-use super::key::{CellKey, FACES, LEVELS, REACH};
+use super::key::{CellKey, FACES, FACET_REACH, LEVELS, REACH};
 use crate::{CubicGrid, SpatialIndex, SurfaceSite};
 use glam::{DVec3, Vec3};
 use lightshed_sampling::Frame;
@@ -18,6 +18,10 @@ pub struct LevelGridOptions {
     /// Whether cells are separated by the nearest of the six axis directions of the normal: the two
     /// sides of a wall, or walls that meet, then have different cells.
     pub faces: bool,
+    /// Whether cells are separated by [`SurfaceSite::facet`], of which the lowest nine bits count.
+    /// They take three bits of each coordinate: a level then reaches an eighth as far.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub facets: bool,
 }
 
 impl LevelGridOptions {
@@ -27,6 +31,7 @@ impl LevelGridOptions {
             cell,
             growth: 0.0,
             faces: true,
+            facets: false,
         }
     }
 }
@@ -170,7 +175,8 @@ impl LevelGrid {
         let mut level = level;
         // Halving is exact; a power of two from its exponent.
         let mut cell = finest * f64::from_bits(u64::from(1023 - level.min(LEVELS)) << 52);
-        while cell.abs().max_element() >= REACH - 1.0 {
+        let reach = if self.options.facets { FACET_REACH } else { REACH };
+        while cell.abs().max_element() >= reach - 1.0 {
             level += 1;
             if level >= LEVELS {
                 return None;
@@ -182,6 +188,10 @@ impl LevelGrid {
             let towards_zero = c as i32;
             towards_zero - i32::from(c < f64::from(towards_zero))
         });
-        Some(CellKey::new(cell, level, self.face(site.normal)))
+        let key = CellKey::new(cell, level, self.face(site.normal));
+        Some(match self.options.facets {
+            true => key.with_facet(site.facet),
+            false => key,
+        })
     }
 }

@@ -44,7 +44,7 @@ struct Line([AtomicU64; LINE]);
 /// use lightshed_spatial::glam::Vec3;
 /// use lightshed_spatial::{CellTable, LevelGrid, LevelGridOptions, SpatialIndex, SurfaceSite};
 ///
-/// let grid = LevelGrid::new(LevelGridOptions { cell: 0.1, growth: 0.0, faces: true })?;
+/// let grid = LevelGrid::new(LevelGridOptions::new(0.1))?;
 /// let mut table = CellTable::new(1000)?;
 /// let floor = grid.locate(&SurfaceSite::new(Vec3::ZERO, Vec3::Y)).unwrap();
 /// let wall = grid.locate(&SurfaceSite::new(Vec3::ZERO, Vec3::X)).unwrap();
@@ -336,6 +336,7 @@ mod tests {
             cell: 1.0,
             growth: 0.0,
             faces: false,
+            facets: false,
         };
         let place = Vec3::new((number % 1000) as f32, (number / 1000) as f32, 0.5);
         let grid = LevelGrid::new(options).unwrap();

@@ -12,6 +12,7 @@ const OPTIONS: LevelGridOptions = LevelGridOptions {
     cell: 0.125,
     growth: 0.0,
     faces: true,
+    facets: false,
 };
 
 fn site(number: u32) -> SurfaceSite {

@@ -130,6 +130,7 @@ fn indices_keep_their_promises() {
         cell: 0.125,
         growth: 0.0,
         faces: true,
+        facets: false,
     };
     let mut table = HashGrid::new(options, 1 << 14).unwrap();
     check_index(&table.cells, diameter).expect("a grid of levels is an index");

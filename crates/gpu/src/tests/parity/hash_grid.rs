@@ -149,9 +149,11 @@ fn cells_of_sites() {
         cell: 0.0371,
         growth: 0.1,
         faces: true,
+        facets: false,
     };
     let alike = LevelGridOptions {
         faces: false,
+        facets: false,
         growth: 0.0,
         ..growing
     };
