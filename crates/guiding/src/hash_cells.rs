@@ -91,9 +91,8 @@ impl HashCells {
             return Err(GuidingError::Bounds);
         }
         let grid = LevelGrid::new(LevelGridOptions {
-            cell: side,
-            growth: 0.0,
             faces: false,
+            ..LevelGridOptions::new(side)
         });
         let grid = grid.map_err(|_| GuidingError::Bounds)?;
         Ok(Self {

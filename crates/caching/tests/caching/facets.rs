@@ -70,8 +70,8 @@ fn mean(facet: u16) -> f64 {
     sum / weights
 }
 
-/// Each record has the mean over its facet. The bound is five standard errors of the brightest facet,
-/// by the noise of 256 passes of 16 samples, `2 √(1/3 / 4096) ≈ 0.018`.
+/// Each record has the mean over its facet. The bound is five standard errors of the brightest
+/// facet, by the noise of 256 passes of 16 samples, `2 √(1/3 / 4096) ≈ 0.018`.
 #[test]
 fn records_have_the_radiance_of_their_facets() {
     check_faults(&[Fault::Reversed, Fault::Together], |fault| {
