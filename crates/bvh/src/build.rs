@@ -127,7 +127,8 @@ impl Builder {
         match method {
             Method::Curve => {
                 morton.sort(source, cells);
-                curve::build(source, morton, cells, order);
+                let items = &Sorted { source, morton };
+                curve::build(items, morton.words(), (cells, order), 0, lanes);
             }
             Method::Ploc { radius } => {
                 morton.sort(source, cells);
@@ -144,7 +145,7 @@ impl Builder {
             Method::Subset(options) => {
                 morton.sort(source, cells);
                 morton.gather(source, items, order, subset::weight);
-                subset::build(items, cells, order, &options);
+                subset::build(items, morton.words(), cells, order, &options);
             }
             Method::Binned | Method::Agglomerative => {
                 source.collect(items);
@@ -161,7 +162,7 @@ impl Builder {
                     Method::Agglomerative => Interior::Agglomerative,
                     _ => Interior::Binned,
                 };
-                interior.build(group, lanes);
+                interior.build(group, &[], lanes);
             }
         }
     }

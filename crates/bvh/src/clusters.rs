@@ -16,9 +16,8 @@ use crate::item::BoxItem;
 use crate::node::Node;
 use crate::split::{Binned, Extent, SplitGroup, SplitItem, SplitSource, split_tree};
 use crate::subset::planes::{self, Plane};
-use crate::subset::{Insertion, Sampling, SubsetOptions, sample};
+use crate::subset::{Insertion, SubsetOptions, sample};
 use crate::tree::children;
-use lightshed_sampling::CounterRng;
 use lightshed_sampling::parallel::for_each_chunk;
 
 /// Items that a thread inserts at once.
@@ -54,11 +53,7 @@ impl<E: Extent> Clusters<E> {
                 starts: vec![0],
             };
         }
-        let sampling = Sampling {
-            fraction: f64::from(subset.fraction),
-            uniform: f64::from(subset.uniform),
-            offset: f64::from(CounterRng::new(subset.seed, 0, 0).next_f32()),
-        };
+        let sampling = subset.sampling();
         let weight = |i: usize| {
             let weight = E::sampling_weight(&items[i]);
             weight * weight
@@ -290,6 +285,7 @@ mod tests {
     use super::*;
     use crate::split::{AreaExtent, AreaItem};
     use glam::Vec3;
+    use lightshed_sampling::CounterRng;
     use lightshed_spatial::{Bounds, Curve, CurveOrder};
     use lightshed_testkit::check_faults;
 

@@ -5,12 +5,11 @@
 //! are left to [`treelet`](crate::treelet).
 
 use crate::item::BoxItem;
-use crate::morton::{Morton, PREFETCH_DISTANCE};
+use crate::morton::{PREFETCH_DISTANCE, split};
 use crate::node::Node;
-use crate::primitive::Primitive;
-use crate::source::Source;
+use crate::ploc::Along;
 use crate::treelet;
-use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::parallel::join;
 
 /// Groups of fewer items are built on one thread.
@@ -18,54 +17,73 @@ const APART: usize = 1 << 13;
 /// Groups and nodes waiting at once: two for each bit of a word, and more.
 const WAITING: usize = 160;
 
-/// Builds the tree over all items, of which there must be some.
-pub fn build<P: Primitive>(source: &Source<P>, morton: &Morton, cells: &mut [BoxItem], order: &mut [u32]) {
+/// Builds the tree over items, of which there must be some, by the words of their codes; `first` is
+/// the place of the first of them in the order of all leaves.
+pub fn build<I: Along + ?Sized>(
+    items: &I,
+    words: &[u64],
+    (cells, order): (&mut [BoxItem], &mut [u32]),
+    first: u32,
+    lanes: LaneChoice,
+) {
     let group = Group {
-        source,
-        morton,
+        items,
+        words,
         cells,
         order,
-        first: 0,
+        start: 0,
+        first,
     };
-    group.build(LaneChoice::best());
+    group.build(lanes);
 }
 
 /// A subtree that is to be built.
-struct Group<'a, P> {
-    source: &'a Source<'a, P>,
-    morton: &'a Morton,
+struct Group<'a, I: ?Sized> {
+    items: &'a I,
+    /// Of its own items.
+    words: &'a [u64],
     cells: &'a mut [BoxItem],
     order: &'a mut [u32],
+    /// Place of its first item among `items`, and in the order of all leaves.
+    start: usize,
     first: u32,
 }
 
-impl<P: Primitive> Group<'_, P> {
+impl<I: Along + ?Sized> Group<'_, I> {
     fn build(self, lanes: LaneChoice) {
         let count = self.order.len();
         if !cfg!(feature = "parallel") || count <= APART {
             return lanes.run(Alone(self));
         }
         let Self {
-            source,
-            morton,
+            items,
+            words,
             cells,
             order,
+            start,
             first,
         } = self;
-        let start = first as usize;
-        let low = morton.split(start, start + count) - start;
+        let low = split(words);
         let (root, below) = cells.split_at_mut(1);
+        let (low_words, high_words) = words.split_at(low);
         let (low_cells, high_cells) = below.split_at_mut(2 * low - 1);
         let (low_order, high_order) = order.split_at_mut(low);
-        let group = |cells, order, first| Group {
-            source,
-            morton,
-            cells,
-            order,
+        let low_group = Group {
+            items,
+            words: low_words,
+            cells: low_cells,
+            order: low_order,
+            start,
             first,
         };
-        let low_group = group(low_cells, low_order, first);
-        let high_group = group(high_cells, high_order, first + low as u32);
+        let high_group = Group {
+            items,
+            words: high_words,
+            cells: high_cells,
+            order: high_order,
+            start: start + low,
+            first: first + low as u32,
+        };
         join(|| low_group.build(lanes), || high_group.build(lanes));
         root[0] = joined(&below[0], &below[2 * low - 1], first);
     }
@@ -85,18 +103,19 @@ pub fn joined(low: &BoxItem, high: &BoxItem, first: u32) -> BoxItem {
 }
 
 /// A subtree on one thread.
-struct Alone<'a, P>(Group<'a, P>);
+struct Alone<'a, I: ?Sized>(Group<'a, I>);
 
-impl<P: Primitive> LaneKernel for Alone<'_, P> {
+impl<I: Along + ?Sized> LaneKernel for Alone<'_, I> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Group {
-            source,
-            morton,
+            items,
+            words,
             cells,
             order,
+            start: origin,
             first,
         } = self.0;
         // Groups, and nodes whose parts are done: of those the end is 0.
@@ -117,19 +136,18 @@ impl<P: Primitive> LaneKernel for Alone<'_, P> {
             let count = (end - start) as usize;
             if count <= treelet::MOST {
                 let mut few = [BoxItem::EMPTY; treelet::MOST];
-                let place = (first + start) as usize;
+                let place = origin + start as usize;
                 for i in 0..count {
-                    prefetch(source.primitive(morton.index(place + i + PREFETCH_DISTANCE)));
-                    few[i] = source.item(morton.index(place + i));
+                    items.announce(place + i + PREFETCH_DISTANCE);
+                    few[i] = items.item(place + i);
                 }
                 let cells = &mut cells[at..at + 2 * count - 1];
                 let order = &mut order[start as usize..end as usize];
-                treelet::build::<L>(&few, count, cells, order, place as u32);
+                treelet::build::<L>(&few, count, cells, order, first + start);
                 continue;
             }
-            let (from, to) = ((first + start) as usize, (first + end) as usize);
-            let middle = (morton.split(from, to) - first as usize) as u32;
-            let low = middle - start;
+            let low = split(&words[start as usize..end as usize]) as u32;
+            let middle = start + low;
             waiting[left] = (low, 0, cell);
             waiting[left + 1] = (middle, end, cell + 2 * low);
             waiting[left + 2] = (start, middle, cell + 1);

@@ -1,6 +1,7 @@
 //! Builders of parts of a tree.
 
 use crate::binned::Group;
+use crate::curve;
 use crate::item::BoxItem;
 use crate::node::Node;
 use crate::ploc;
@@ -19,11 +20,14 @@ pub enum Interior {
     Ploc(u32),
     /// [`Method::Agglomerative`](crate::Method::Agglomerative).
     Agglomerative,
+    /// [`Method::Curve`](crate::Method::Curve): what a device builds.
+    Curve,
 }
 
 impl Interior {
-    /// Builds the tree of a group; for [`Interior::Ploc`] its items are along a curve.
-    pub(crate) fn build(self, group: Group, lanes: LaneChoice) {
+    /// Builds the tree of a group; for [`Interior::Ploc`] and [`Interior::Curve`] its items are
+    /// along a curve, and `words`, which only the latter asks for, are those of their codes.
+    pub(crate) fn build(self, group: Group, words: &[u64], lanes: LaneChoice) {
         if self == Self::Binned {
             return group.build(lanes);
         }
@@ -44,6 +48,7 @@ impl Interior {
                 let to = (cells, order);
                 ploc::Scratch::default().build(&*items, &starts, to, first, radius as usize, |_| ());
             }
+            Self::Curve => curve::build(&*items, words, (cells, order), first, lanes),
             _ => agglomerate(items, cells, order, first),
         }
     }

@@ -99,18 +99,12 @@ impl Morton {
         }
     }
 
-    /// Where the places from `start` to `end` are to be divided: before the first word with a one
-    /// in the highest bit in which they differ. Words of equal codes differ in their indices.
-    pub fn split(&self, start: usize, end: usize) -> usize {
-        let words = &self.words[start..end];
-        let (Some(first), Some(last)) = (words.first(), words.last()) else {
-            return start;
-        };
-        let highest = 63 - (first ^ last).leading_zeros().min(63);
-        start + words.partition_point(|word| word >> highest & 1 == 0)
+    /// The words, in order: those of [`split`].
+    pub fn words(&self) -> &[u64] {
+        &self.words
     }
 
-    /// Where the groups of up to `most` places begin that [`Morton::split`] leaves, and the end.
+    /// Where the groups of up to `most` places begin that [`split`] leaves, and the end.
     pub fn groups(&self, most: usize, starts: &mut Vec<u32>) {
         starts.clear();
         let mut waiting = vec![(0, self.words.len())];
@@ -118,12 +112,23 @@ impl Morton {
             if end - start <= most {
                 starts.push(start as u32);
             } else {
-                let middle = self.split(start, end);
+                let middle = start + split(&self.words[start..end]);
                 waiting.extend([(middle, end), (start, middle)]);
             }
         }
         starts.push(self.words.len() as u32);
     }
+}
+
+/// How many words are to be in the first part: those before the first with a one in the highest bit
+/// in which they differ. Words of equal codes differ in their indices.
+#[inline(always)]
+pub fn split(words: &[u64]) -> usize {
+    let (Some(first), Some(last)) = (words.first(), words.last()) else {
+        return 0;
+    };
+    let highest = 63 - (first ^ last).leading_zeros().min(63);
+    words.partition_point(|word| word >> highest & 1 == 0)
 }
 
 fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) {

@@ -13,8 +13,8 @@ mod opening;
 
 use builds::{BUILDS, Fastest, counts, fastest_on_cpu};
 use lightshed_gpu::lightshed_bvh::glam::Vec3;
-use lightshed_gpu::lightshed_bvh::{Bounds, Builder, Bvh, Method, Node};
-use lightshed_gpu::{BvhBuilder, Gpu, GpuBvh};
+use lightshed_gpu::lightshed_bvh::{Bounds, Builder, Bvh, Interior, Method, Node, SubsetOptions};
+use lightshed_gpu::{BvhBuilder, BvhSubsetBuilder, Gpu, GpuBvh, GpuBvhSubset};
 use lightshed_sampling::CounterRng;
 
 /// Small boxes all over a cube.
@@ -41,6 +41,42 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for count in counts() {
         row(&gpu, &builder, count)?;
     }
+    let subsets = BvhSubsetBuilder::new(&gpu)?;
+    println!(
+        "\n| boxes, by a subset | build (ms) | processor time of it (ms) | kernels (ms) | CPU build, processor time (ms) | more scratch (MB) | nodes that differ |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for count in counts() {
+        subset_row(&gpu, &subsets, count)?;
+    }
+    Ok(())
+}
+
+fn subset_row(gpu: &Gpu, builder: &BvhSubsetBuilder, count: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let options = SubsetOptions {
+        interior: Interior::Curve,
+        ..SubsetOptions::windowed()
+    };
+    let boxes = boxes(count);
+    let buffer = gpu.buffer("boxes", &boxes)?;
+    let tree = GpuBvh::new(gpu, count)?;
+    let subset = GpuBvhSubset::new(gpu, &tree, &options)?;
+    let build = Fastest::of(gpu, |work| {
+        if let Err(error) = builder.build(work, &buffer, &tree, &subset) {
+            println!("{error}");
+        }
+    })?;
+    let (mut cpu, mut truth) = (Builder::new(Method::Subset(options).into())?, Bvh::default());
+    let cpu_build = fastest_on_cpu(|| cpu.rebuild(&boxes, &mut truth))?;
+    let found: Vec<Node> = gpu.read(&tree.nodes, 2 * count - 1)?;
+    let differ = found.iter().zip(truth.nodes()).filter(|(a, b)| a != b).count();
+    println!(
+        "| {count} | {:.1} | {:.1} | {} | {cpu_build:.1} | {:.1} | {differ} |",
+        build.device,
+        build.processor,
+        build.kernels(),
+        subset.bytes() as f64 / 1e6,
+    );
     Ok(())
 }
 

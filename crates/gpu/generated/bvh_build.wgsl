@@ -4,7 +4,7 @@ struct Settings {
     count: u32,
     index_bits: u32,
     parts: u32,
-    padding: u32
+    clustered: u32
 }
 
 struct Part {
@@ -64,7 +64,10 @@ var<storage, read_write> order: array<u32>;
 var<storage, read_write> pyramid: array<u32>;
 
 @group(0) @binding(11)
-var<storage, read> level_below: array<u32>;
+var<storage, read> level_below: u32;
+
+@group(0) @binding(12)
+var<storage, read> grouping: array<u32>;
 
 const INFINITE: u32 = 2139095040u;
 
@@ -272,6 +275,9 @@ fn agreeing(a: u32, b: i32) -> i32 {
     if b < 0 || b >= i32(settings.count) {
         return -1;
     }
+    if settings.clustered == 1u && grouping[a] != grouping[u32(b)] {
+        return -1;
+    }
     let differ = codes[a] ^ codes[u32(b)];
     if any(differ != vec2u(0u)) {
         return i32(package_lightshed_wide__2wide_leading_zeros(differ));
@@ -283,13 +289,17 @@ fn agreeing(a: u32, b: i32) -> i32 {
 fn divide(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = package_group__1index_of(group, groups, lane);
     let inner = settings.count - 1u;
-    if i == 0u {
-        parents[0] = NONE;
-    }
-    if i >= inner {
+    if i > inner {
         return;
     }
     let at = i32(i);
+    let is_last = agreeing(i, at + 1) < 0;
+    if agreeing(i, at - 1) < 0 {
+        parents[select(i, inner + i, is_last)] = NONE;
+    }
+    if is_last {
+        return;
+    }
     let step = select(-1, 1, agreeing(i, at + 1) > agreeing(i, at - 1));
     let least = agreeing(i, at - step);
     var most = 2;
@@ -402,6 +412,9 @@ fn shape(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) grou
     if own >= 2u * settings.count - 1u {
         return;
     }
+    if own + 1u < settings.count && agreeing(own, i32(own) + 1) < 0 {
+        return;
+    }
     let range = range_of(own);
     let count = range.y - range.x + 1u;
     var parent = parents[own];
@@ -418,6 +431,9 @@ fn shape(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) grou
         turns_left += select(0u, 1u, above == first);
         first = above;
         parent = parents[parent];
+    }
+    if settings.clustered == 1u {
+        turns_left += grouping[settings.count + grouping[range.x]];
     }
     let base = 2u * range.x + turns_left;
     if count > MOST {
@@ -453,9 +469,13 @@ fn box_with(box: Part, at: u32) -> Part {
 @compute @workgroup_size(256)
 fn pyramid_level(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = package_group__1index_of(group, groups, lane);
-    let start = level_below[0];
-    let below = level_below[1];
-    if STEP * i >= below {
+    var start = 0u;
+    var below = settings.count;
+    for (var level = 0u; level < level_below; level++) {
+        start += below;
+        below = (below + STEP - 1u) / STEP;
+    }
+    if below == 1u || STEP * i >= below {
         return;
     }
     var box = no_part();

@@ -245,20 +245,80 @@ bindings!(
 );
 
 bindings!(
-    /// Of building a tree over boxes.
-    BvhBuildBindings, 0, 0,
+    /// Boxes that a tree is built over, along the curve.
+    BvhSourceBindings, 0, 0,
     settings: Read,
     bounds: Read,
     parts: Write,
     frame: Write,
     codes: Write,
     indices: Write,
+);
+
+bindings!(
+    /// Of building a tree over them.
+    BvhBuildBindings, 0, 6,
     ranges: Write,
     parents: Write,
     nodes: Write,
     order: Write,
     pyramid: Write,
     level_below: Read,
+    grouping: Read,
+);
+
+bindings!(
+    /// Of building one by a subset of them.
+    BvhSubsetBindings, 1, 0,
+    drawing: Read,
+    drawn: Write,
+    subset_settings: Write,
+    weights: Write,
+    bins: Write,
+    sums: Write,
+    picked: Write,
+    places: Write,
+    subset_codes: Write,
+    subset_indices: Write,
+    subset_nodes: Write,
+    subset_order: Write,
+    subset_parents: Write,
+    clusters: Write,
+    keys: Write,
+    key_places: Write,
+    cluster_codes: Write,
+    cluster_boxes: Write,
+    clustered: Write,
+    tree_nodes: Write,
+);
+
+bindings!(
+    /// Of adapting an octree; its nodes are bound like those of a guide.
+    OctreeAdaptBindings, 0, 0,
+    adaptation: Read,
+    former_slots: Read,
+    former_state: Read,
+    octree_state: Write,
+    new_nodes: Write,
+    octree_parents: Write,
+    octree_depths: Write,
+    correspondences: Write,
+    origins: Write,
+);
+
+bindings!(
+    /// Of quadtrees that learn.
+    QuadtreeLearnBindings, 0, 0,
+    learning: Read,
+    learning_regions: Read,
+    training: Read,
+    codes: Write,
+    indices: Write,
+    learning_samples: Write,
+    learning_nodes: Write,
+    records: Write,
+    totals: Write,
+    moves: Read,
 );
 
 bindings!(

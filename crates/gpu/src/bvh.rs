@@ -1,6 +1,6 @@
 //! Trees over boxes that are built on the device.
 
-use crate::bindings::{BvhBuildBindings, Table};
+use crate::bindings::{BoundGroup, BvhBuildBindings, BvhSourceBindings, Table};
 use crate::buffer::Buffer;
 use crate::device::Gpu;
 use crate::kernel::Kernel;
@@ -11,10 +11,10 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_bvh::{MAX_PRIMITIVES, Node};
 
 /// What the program binds.
-pub(crate) const TABLES: [Table; 1] = [BvhBuildBindings::TABLE];
+pub(crate) const TABLES: [Table; 2] = [BvhSourceBindings::TABLE, BvhBuildBindings::TABLE];
 
 /// Threads of a workgroup.
-const GROUP: u32 = 256;
+pub(crate) const GROUP: u32 = 256;
 /// Number of parts for the second reduction.
 const MAX_PARTS: u32 = 1024;
 /// Boxes below a box of the pyramid.
@@ -52,25 +52,25 @@ pub struct GpuBvh {
     /// Index of the primitive of each leaf: `array<u32>`.
     pub order: Buffer,
     count: u32,
-    settings: Buffer,
-    parts: Buffer,
-    frame: Buffer,
+    pub(crate) settings: Buffer,
+    pub(crate) parts: Buffer,
+    pub(crate) frame: Buffer,
     ranges: Buffer,
     parents: Buffer,
     pyramid: Buffer,
-    sort: SortBuffers,
-    /// Where each level of the pyramid begins that has one above, and how many boxes it has.
+    pub(crate) sort: SortBuffers,
+    /// Levels of the pyramid that have one above, and how many boxes that has.
     levels: Vec<(Buffer, u32)>,
     part_count: u32,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Settings {
-    count: u32,
-    index_bits: u32,
-    parts: u32,
-    padding: u32,
+pub(crate) struct Settings {
+    pub count: u32,
+    pub index_bits: u32,
+    pub parts: u32,
+    pub clustered: u32,
 }
 
 /// What the host reads of a build; the rest of the frame is the shader's own.
@@ -87,6 +87,17 @@ struct Frame {
 // As in the shader; a test compares them.
 const _: () = assert!(size_of::<Settings>() == 16 && size_of::<Frame>() == 32);
 
+impl Settings {
+    pub fn of(count: u32) -> Self {
+        Self {
+            count,
+            index_bits: count.max(2).next_power_of_two().trailing_zeros(),
+            parts: count.div_ceil(GROUP).min(MAX_PARTS),
+            clustered: 0,
+        }
+    }
+}
+
 impl GpuBvh {
     /// Memory for a tree over this number of boxes, clamped to 1 to [`MAX_PRIMITIVES`].
     ///
@@ -95,18 +106,12 @@ impl GpuBvh {
     /// [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu, boxes: usize) -> Result<Self, GpuError> {
         let count = boxes.clamp(1, MAX_PRIMITIVES) as u32;
-        let index_bits = count.max(2).next_power_of_two().trailing_zeros();
-        let part_count = count.div_ceil(GROUP).min(MAX_PARTS);
-        let settings = Settings {
-            count,
-            index_bits,
-            parts: part_count,
-            padding: 0,
-        };
+        let settings = Settings::of(count);
+        let part_count = settings.parts;
         let (mut start, mut level, mut levels) = (0, count, Vec::new());
         while level > 1 {
             let above = level.div_ceil(STEP);
-            levels.push((gpu.buffer("bvh: level", &[start, level])?, above));
+            levels.push((gpu.buffer("bvh: level", &[levels.len() as u32])?, above));
             (start, level) = (start + level, above);
         }
         let pyramid = u64::from(start + level);
@@ -121,7 +126,7 @@ impl GpuBvh {
             ranges: gpu.zeros("bvh: ranges", 8 * boxes)?,
             parents: gpu.zeros("bvh: parents", 4 * nodes)?,
             pyramid: gpu.zeros("bvh: pyramid", BOX_BYTES * pyramid)?,
-            sort: SortBuffers::new(gpu, count, u64::BITS - index_bits)?,
+            sort: SortBuffers::new(gpu, count, u64::BITS - settings.index_bits)?,
             levels,
             part_count,
         })
@@ -195,51 +200,100 @@ impl BvhBuilder {
     /// as it has room for. The same boxes give the same tree, whatever it held before.
     /// [`GpuBvh::wrong`] says whether they are boxes.
     pub fn build(&self, work: &mut Work, boxes: &Buffer, tree: &GpuBvh) {
-        let bound = work.bind(&bindings(boxes, tree, &tree.settings));
-        let of_boxes = groups(tree.count.div_ceil(GROUP));
-        let parts = [tree.part_count, 1, 1];
-        work.dispatch_bound(&self.bound_parts, &[&bound], parts);
-        work.dispatch_bound(&self.choose_scale, &[&bound], [1, 1, 1]);
-        work.dispatch_bound(&self.center_parts, &[&bound], parts);
-        work.dispatch_bound(&self.choose_cells, &[&bound], [1, 1, 1]);
-        work.dispatch_bound(&self.encode, &[&bound], of_boxes);
-        self.sort.sort(work, &tree.sort);
-        work.dispatch_bound(&self.divide, &[&bound], of_boxes);
-        work.dispatch_bound(
-            &self.shape,
-            &[&bound],
-            groups((2 * tree.count - 1).div_ceil(GROUP)),
-        );
-        self.refit(work, boxes, tree);
+        self.sort_along_curve(work, boxes, tree);
+        let parts = Parts::of(boxes, tree);
+        self.shape(work, &parts, tree.count);
+        self.fit(work, &parts, tree.count);
     }
 
     /// Records that all nodes of `tree` get the boxes of `boxes`: those it was built over, after
     /// they have moved.
     pub fn refit(&self, work: &mut Work, boxes: &Buffer, tree: &GpuBvh) {
-        let bound = work.bind(&bindings(boxes, tree, &tree.settings));
-        work.dispatch_bound(&self.leaf_boxes, &[&bound], groups(tree.count.div_ceil(GROUP)));
-        for (level, above) in &tree.levels {
-            let bound = work.bind(&bindings(boxes, tree, level));
+        self.fit(work, &Parts::of(boxes, tree), tree.count);
+    }
+
+    /// The boxes' order along the curve.
+    pub(crate) fn sort_along_curve(&self, work: &mut Work, boxes: &Buffer, tree: &GpuBvh) {
+        let bound = Parts::of(boxes, tree).bind(work, &tree.settings);
+        let parts = [tree.part_count, 1, 1];
+        work.dispatch_bound(&self.bound_parts, &[&bound], parts);
+        work.dispatch_bound(&self.choose_scale, &[&bound], [1, 1, 1]);
+        work.dispatch_bound(&self.center_parts, &[&bound], parts);
+        work.dispatch_bound(&self.choose_cells, &[&bound], [1, 1, 1]);
+        work.dispatch_bound(&self.encode, &[&bound], groups(tree.count.div_ceil(GROUP)));
+        self.sort.sort(work, &tree.sort);
+    }
+
+    /// The nodes over at most `count` sorted boxes but for their own boxes, and the order of the
+    /// leaves.
+    pub(crate) fn shape(&self, work: &mut Work, parts: &Parts, count: u32) {
+        let bound = parts.bind(work, parts.settings);
+        work.dispatch_bound(&self.divide, &[&bound], groups(count.div_ceil(GROUP)));
+        work.dispatch_bound(&self.shape, &[&bound], groups((2 * count - 1).div_ceil(GROUP)));
+    }
+
+    /// The boxes of at most `2 count - 1` nodes.
+    pub(crate) fn fit(&self, work: &mut Work, parts: &Parts, count: u32) {
+        let bound = parts.bind(work, parts.settings);
+        work.dispatch_bound(&self.leaf_boxes, &[&bound], groups(count.div_ceil(GROUP)));
+        for (level, above) in parts.levels {
+            let bound = parts.bind(work, level);
             work.dispatch_bound(&self.pyramid_level, &[&bound], groups(above.div_ceil(GROUP)));
         }
-        work.dispatch_bound(&self.fit, &[&bound], groups((2 * tree.count - 1).div_ceil(GROUP)));
+        work.dispatch_bound(&self.fit, &[&bound], groups((2 * count - 1).div_ceil(GROUP)));
     }
 }
 
-/// Only levels ask for the level below.
-fn bindings<'a>(boxes: &'a Buffer, tree: &'a GpuBvh, level_below: &'a Buffer) -> BvhBuildBindings<'a> {
-    BvhBuildBindings {
-        settings: &tree.settings,
-        bounds: boxes,
-        parts: &tree.parts,
-        frame: &tree.frame,
-        codes: &tree.sort.codes,
-        indices: &tree.sort.indices,
-        ranges: &tree.ranges,
-        parents: &tree.parents,
-        nodes: &tree.nodes,
-        order: &tree.order,
-        pyramid: &tree.pyramid,
-        level_below,
+/// What a tree is built in: memory of its own, or of a part of a build.
+#[derive(Clone, Copy)]
+pub(crate) struct Parts<'a> {
+    pub source: BvhSourceBindings<'a>,
+    /// The settings once more.
+    pub settings: &'a Buffer,
+    pub nodes: &'a Buffer,
+    pub order: &'a Buffer,
+    /// Where `settings` says that there are clusters, what boxes are in them.
+    pub grouping: &'a Buffer,
+    pub tree: &'a GpuBvh,
+    pub levels: &'a [(Buffer, u32)],
+}
+
+impl<'a> Parts<'a> {
+    /// Those of a tree over `boxes`.
+    pub fn of(boxes: &'a Buffer, tree: &'a GpuBvh) -> Self {
+        Self {
+            source: BvhSourceBindings {
+                settings: &tree.settings,
+                bounds: boxes,
+                parts: &tree.parts,
+                frame: &tree.frame,
+                codes: &tree.sort.codes,
+                indices: &tree.sort.indices,
+            },
+            settings: &tree.settings,
+            nodes: &tree.nodes,
+            order: &tree.order,
+            grouping: &tree.settings,
+            tree,
+            levels: &tree.levels,
+        }
+    }
+
+    /// Only levels ask for the level below.
+    fn bind(&self, work: &Work, level_below: &Buffer) -> BoundGroup {
+        let build = BvhBuildBindings {
+            ranges: &self.tree.ranges,
+            parents: &self.tree.parents,
+            nodes: self.nodes,
+            order: self.order,
+            pyramid: &self.tree.pyramid,
+            level_below,
+            grouping: self.grouping,
+        };
+        let source = BvhSourceBindings {
+            settings: self.settings,
+            ..self.source
+        };
+        work.bind_all(&[&source, &build])
     }
 }

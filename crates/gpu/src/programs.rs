@@ -3,6 +3,8 @@
 
 /// Building trees over boxes.
 pub(crate) const BVH_BUILD: &str = include_str!("../generated/bvh_build.wgsl");
+/// Building trees over boxes by a stochastic subset.
+pub(crate) const BVH_SUBSET: &str = include_str!("../generated/bvh_subset.wgsl");
 /// Direct light with emitters chosen by a light tree.
 pub(crate) const DIRECT: &str = include_str!("../generated/direct.wgsl");
 /// Building light trees.
@@ -13,8 +15,12 @@ pub(crate) const LIGHTCUTS: &str = include_str!("../generated/lightcuts.wgsl");
 pub(crate) const LIGHTING_GRID_BUILD: &str = include_str!("../generated/lighting_grid_build.wgsl");
 /// Light by Markov chain mixtures.
 pub(crate) const MIXTURE: &str = include_str!("../generated/mixture.wgsl");
+/// Adapting octrees.
+pub(crate) const OCTREE_ADAPT: &str = include_str!("../generated/octree_adapt.wgsl");
 /// Path tracing by wavefronts.
 pub(crate) const PATH: &str = include_str!("../generated/path.wgsl");
+/// Quadtrees that learn.
+pub(crate) const QUADTREE_LEARN: &str = include_str!("../generated/quadtree_learn.wgsl");
 /// Sorting by codes.
 pub(crate) const RADIX_SORT: &str = include_str!("../generated/radix_sort.wgsl");
 /// Direct light by reuse among pixels and frames.

@@ -29,8 +29,9 @@ pub(crate) struct SortBuffers {
     pub codes: Buffer,
     /// What is sorted with them.
     pub indices: Buffer,
-    spare_codes: Buffer,
-    spare_indices: Buffer,
+    /// As many, free between sorts.
+    pub spare_codes: Buffer,
+    pub spare_indices: Buffer,
     counts: Buffer,
     passes: Vec<Buffer>,
     tiles: u32,

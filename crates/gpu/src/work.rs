@@ -59,6 +59,11 @@ impl Gpu {
 }
 
 impl Work<'_> {
+    /// The device that it is for.
+    pub(crate) fn gpu(&self) -> &Gpu {
+        self.gpu
+    }
+
     /// Records a dispatch of so many workgroups with `buffers` at bindings 0, 1, … of group 0.
     pub fn dispatch(&mut self, kernel: &Kernel, buffers: &[&Buffer], groups: [u32; 3]) {
         let entries: Vec<_> = (0..)
@@ -79,6 +84,11 @@ impl Work<'_> {
     /// Binds the buffers of a group.
     pub(crate) fn bind(&self, of: &dyn Bindings) -> BoundGroup {
         self.gpu.bind(&[of])
+    }
+
+    /// Binds the buffers of a group that has several tables.
+    pub(crate) fn bind_all(&self, of: &[&dyn Bindings]) -> BoundGroup {
+        self.gpu.bind(of)
     }
 
     /// The same with buffers that are bound already.

@@ -208,6 +208,7 @@ pub const MODULES: &[Module] = &[
     module!("normal_ball"),
     module!("octahedral"),
     module!("octree", ["load_octree_node"]),
+    module!("octree_adaptation", ["load_octree_count", "load_octree_node"]),
     module!("parallax"),
     module!("path_budget", ["load_cached_radiance", "load_cell_word"]),
     module!("path_numbers"),
@@ -321,6 +322,16 @@ pub const MODULES: &[Module] = &[
     ),
     module!("phase"),
     module!("quadtree", ["load_quadtree_word"]),
+    module!(
+        "quadtree_learning",
+        [
+            "load_learning_node",
+            "load_learning_sample",
+            "load_learning_word",
+            "store_learning_node",
+            "store_learning_word"
+        ]
+    ),
     module!("radiance_cache", ["load_cached_radiance", "load_cell_word"]),
     module!("ray"),
     module!("reservoir"),

@@ -36,6 +36,11 @@ impl WeightHistogram {
         }
     }
 
+    /// Where each bin ends: the weights by which [`WeightHistogram::clamp`] may clamp.
+    pub fn ends() -> [f64; BINS] {
+        core::array::from_fn(|bin| (f64::from(bin as i32 - OFFSET + 1) * 0.5).exp2())
+    }
+
     /// A clamping weight `c` with `c / Σ min(w, c) ≥ stratum`, at most twice the least there is;
     /// infinite if there is none (Dittebrandt 2025, Algorithm 6, with `b = √2` and 128 bins).
     ///
@@ -44,8 +49,7 @@ impl WeightHistogram {
     pub fn clamp(&self, stratum: f64) -> f64 {
         let mut unclamped = 0.0;
         let mut clamped: f64 = self.counts.iter().map(|&count| f64::from(count)).sum();
-        for (bin, &count) in (0i32..).zip(&self.counts) {
-            let clamp = (f64::from(bin - OFFSET + 1) * 0.5).exp2();
+        for (&count, clamp) in self.counts.iter().zip(Self::ends()) {
             if clamp >= stratum * (unclamped + clamp * clamped) {
                 return clamp;
             }

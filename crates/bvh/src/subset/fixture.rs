@@ -23,7 +23,7 @@ pub fn subset_of(boxes: &[Bounds], options: &SubsetOptions) -> (Vec<BoxItem>, Ve
     let places = sample(sorted.len(), |i| f32::from_bits(order[i]), &sampling);
     let subset = Subset::build(
         LaneChoice::best(),
-        &sorted,
+        (&sorted, morton.words()),
         &places,
         options,
         (&mut cells, &mut order),

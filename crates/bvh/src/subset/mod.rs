@@ -106,6 +106,15 @@ impl SubsetOptions {
         }
     }
 
+    /// How the subset is drawn.
+    pub fn sampling(&self) -> Sampling {
+        Sampling {
+            fraction: f64::from(self.fraction),
+            uniform: f64::from(self.uniform),
+            offset: f64::from(CounterRng::new(self.seed, 0, 0).next_f32()),
+        }
+    }
+
     /// Checks that all options lie in their ranges.
     ///
     /// # Errors
@@ -147,21 +156,29 @@ pub fn weight(item: &BoxItem) -> u32 {
     item.diagonal_squared().to_bits()
 }
 
-/// Builds the tree over items that are sorted along a curve, at least one: `2n − 1` cells and `n`
-/// indices, which at first are the [`weight`]s.
-pub fn build(sorted: &mut [BoxItem], cells: &mut [BoxItem], order: &mut [u32], options: &SubsetOptions) {
+/// Builds the tree over items that are sorted along a curve, at least one, by the words of their
+/// codes: `2n − 1` cells and `n` indices, which at first are the [`weight`]s.
+pub fn build(
+    sorted: &mut [BoxItem],
+    words: &[u64],
+    cells: &mut [BoxItem],
+    order: &mut [u32],
+    options: &SubsetOptions,
+) {
     let count = sorted.len();
-    let sampling = Sampling {
-        fraction: f64::from(options.fraction),
-        uniform: f64::from(options.uniform),
-        offset: f64::from(CounterRng::new(options.seed, 0, 0).next_f32()),
-    };
+    let sampling = options.sampling();
     let items = &*sorted;
     // The tree's memory has room for all that is needed on the way: weights and then choices lie
     // where the order of the leaves will be.
     let places = sample(count, |i| f32::from_bits(order[i]), &sampling);
     let lanes = LaneChoice::best();
-    let subset = Subset::build(lanes, sorted, &places, options, (&mut *cells, &mut *order));
+    let subset = Subset::build(
+        lanes,
+        (sorted, words),
+        &places,
+        options,
+        (&mut *cells, &mut *order),
+    );
     let clusters = match options.insertion {
         Insertion::Planes => None,
         Insertion::Window => Some(Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts)),
@@ -181,8 +198,11 @@ pub fn build(sorted: &mut [BoxItem], cells: &mut [BoxItem], order: &mut [u32], o
             choices,
         });
     });
-    let upper = Upper::new(subset.nodes, order, subset.counts.len(), options);
+    let mut upper = Upper::new(subset.nodes, order, subset.counts.len(), options);
     upper.scatter(sorted, order, cells);
+    if options.interior == Interior::Curve {
+        upper.take_words(words, order);
+    }
     upper.build(lanes, 0, (sorted, cells, order), 0);
 }
 
@@ -202,7 +222,7 @@ impl Subset {
     /// In the memory of the whole tree, which is overwritten.
     fn build(
         lanes: LaneChoice,
-        sorted: &[BoxItem],
+        (sorted, words): (&[BoxItem], &[u64]),
         places: &[u32],
         options: &SubsetOptions,
         (room, order): (&mut [BoxItem], &mut [u32]),
@@ -233,7 +253,11 @@ impl Subset {
             depth: 0,
             sweep: 0,
         };
-        options.interior.build(group, lanes);
+        let words: Vec<u64> = match options.interior {
+            Interior::Curve => places.iter().map(|&place| words[place as usize]).collect(),
+            _ => Vec::new(),
+        };
+        options.interior.build(group, &words, lanes);
         let mut nodes: Vec<Node> = Vec::new();
         let mut cluster_of = vec![0; count];
         let mut counts = Vec::new();
@@ -321,6 +345,8 @@ struct Upper {
     starts: Vec<u32>,
     /// First cell of each cluster.
     cells: Vec<u32>,
+    /// For [`Interior::Curve`] the words of all items in the order of the clusters.
+    words: Vec<u64>,
     interior: Interior,
     sweep: usize,
 }
@@ -338,6 +364,7 @@ impl Upper {
             nodes,
             starts,
             cells: vec![0; clusters],
+            words: Vec::new(),
             interior: options.interior,
             sweep: options.sweep as usize,
         };
@@ -352,6 +379,17 @@ impl Upper {
             }
         }
         upper
+    }
+
+    /// Puts the words of items along the curve in the order of their clusters.
+    fn take_words(&mut self, words: &[u64], choices: &[u32]) {
+        let mut next = self.starts.clone();
+        self.words = vec![0; words.len()];
+        for (&word, &cluster) in words.iter().zip(choices) {
+            let next = &mut next[cluster as usize];
+            self.words[*next as usize] = word;
+            *next += 1;
+        }
     }
 
     /// Where the items below a node begin.
@@ -413,7 +451,9 @@ impl Upper {
                 depth,
                 sweep: self.sweep,
             };
-            return self.interior.build(group, lanes);
+            let end = first as usize + group.order.len();
+            let words = self.words.get(first as usize..end).unwrap_or_default();
+            return self.interior.build(group, words, lanes);
         };
         let count = self.count(low);
         let (low_items, high_items) = items.split_at_mut(count);

@@ -3,9 +3,7 @@
 use super::clamp::{WeightHistogram, stratum_beside_uniform};
 use lightshed_sampling::parallel::for_each_chunk;
 
-/// Primitives that a thread takes at once. Sums begin anew with each chunk, so that they do not
-/// depend on the threads.
-const CHUNK: usize = 1 << 13;
+const CHUNK: usize = Sampling::CHUNK;
 
 /// How a subset is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +14,19 @@ pub struct Sampling {
     pub uniform: f64,
     /// Where in its stratum each point lies, in `[0, 1)`.
     pub offset: f64,
+}
+
+impl Sampling {
+    /// Primitives that a thread takes at once. Sums begin anew with each chunk, so that they do not
+    /// depend on the threads.
+    pub const CHUNK: usize = 1 << 13;
+
+    /// The number of strata for so many primitives, at least 1: the subset has no more primitives.
+    pub fn strata(&self, count: usize) -> f64 {
+        (count as f64 * self.fraction)
+            .ceil()
+            .clamp(1.0, count.max(1) as f64)
+    }
 }
 
 /// Of `count` primitives along a curve, the places of those in the subset, ascending.
@@ -36,9 +47,7 @@ pub fn sample(count: usize, squared_weight: impl Fn(usize) -> f32 + Sync, sampli
     let mut histogram = WeightHistogram::default();
     histograms.iter().for_each(|other| histogram.merge(other));
 
-    let strata = (count as f64 * sampling.fraction)
-        .ceil()
-        .clamp(1.0, count.max(1) as f64);
+    let strata = sampling.strata(count);
     let clamp = histogram.clamp(stratum_beside_uniform(1.0 / strata, sampling.uniform, count));
     let clamped = |i: usize| f64::from(squared_weight(i).sqrt()).min(clamp);
     let mut sums = vec![0.0; chunks];

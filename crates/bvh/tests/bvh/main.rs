@@ -36,8 +36,13 @@ pub fn builds() -> Vec<(String, BuildOptions)> {
         subset(Interior::Binned, 4),
         subset(Interior::Ploc(4), 4),
         subset(Interior::Agglomerative, 2),
+        subset(Interior::Curve, 4),
         window(0),
         window(64),
+        Method::Subset(SubsetOptions {
+            interior: Interior::Curve,
+            ..SubsetOptions::windowed()
+        }),
     ];
     let mut all: Vec<(String, BuildOptions)> = methods
         .into_iter()

@@ -7,21 +7,24 @@ use crate::bindings::{FilterBindings, Table};
 use crate::buffer::Access;
 use crate::programs::{linked_name, overrides};
 use crate::{
-    bvh, direct, light_tree, lightcuts, lighting_grid, mixture, path_tracer, radix_sort, restir_di,
-    restir_pt, restir_volume, volpath, vpl_grid,
+    bvh, bvh_subset, direct, light_tree, lightcuts, lighting_grid, mixture, octree, path_tracer, quadtree,
+    radix_sort, restir_di, restir_pt, restir_volume, volpath, vpl_grid,
 };
 use lightshed_shaders::Linker;
 use std::path::{Path, PathBuf};
 
 /// Programs, and what they bind.
-const PROGRAMS: [(&str, &[Table]); 14] = [
+const PROGRAMS: [(&str, &[Table]); 17] = [
     ("bvh_build", &bvh::TABLES),
+    ("bvh_subset", &bvh_subset::TABLES),
     ("direct", &direct::TABLES),
     ("light_tree_build", &light_tree::TABLES),
     ("lightcuts", &lightcuts::TABLES),
     ("lighting_grid_build", &lighting_grid::TABLES),
     ("mixture", &mixture::TABLES),
+    ("octree_adapt", &octree::TABLES),
     ("path", &path_tracer::TABLES),
+    ("quadtree_learn", &quadtree::TABLES),
     ("radix_sort", &radix_sort::TABLES),
     ("restir_di", &restir_di::TABLES),
     ("restir_pt", &restir_pt::TABLES),
@@ -221,6 +224,8 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("light_tree_build", "Settings", 144),
         ("bvh_build", "Settings", 16),
         ("bvh_build", "Frame", 32),
+        ("bvh_subset", "Drawing", 1088),
+        ("bvh_subset", "Drawn", 32),
         ("bvh_build", "Part", 32),
         ("bvh_build", "Node", size_of::<lightshed_bvh::Node>()),
         ("direct", "package_lightshed__1light_tree_LightTree", 16),
@@ -272,6 +277,15 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("path", "package_lightshed__1path_budget_PathBudget", 20),
         ("mixture", "Mixture", 80),
         ("mixture", "package_lightshed__1markov_state_MarkovState", 32),
+        ("octree_adapt", "OctreeState", 16),
+        ("octree_adapt", "Adaptation", 32),
+        ("quadtree_learn", "Learning", 80),
+        ("quadtree_learn", "LearningRegion", 32),
+        (
+            "quadtree_learn",
+            "TrainingSample",
+            size_of::<lightshed_integrator::guiding::TrainingSample>(),
+        ),
         ("radix_sort", "Pass", 16),
     ] {
         if of == program {

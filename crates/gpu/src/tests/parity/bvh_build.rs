@@ -6,12 +6,12 @@ use glam::Vec3;
 use lightshed_bvh::{Bounds, Bvh, Method, Node};
 use lightshed_sampling::CounterRng;
 
-fn bits(nodes: &[Node], order: &[u32]) -> [Vec<u32>; 2] {
+pub(super) fn bits(nodes: &[Node], order: &[u32]) -> [Vec<u32>; 2] {
     [bytemuck::cast_slice(nodes).to_vec(), order.to_vec()]
 }
 
 /// Nodes and the order of the leaves, as the buffers hold them.
-fn read(gpu: &Gpu, tree: &GpuBvh) -> [Vec<u32>; 2] {
+pub(super) fn read(gpu: &Gpu, tree: &GpuBvh) -> [Vec<u32>; 2] {
     let count = tree.boxes() as usize;
     let nodes: Vec<Node> = gpu.read(&tree.nodes, 2 * count - 1).expect("the device answers");
     let order: Vec<u32> = gpu.read(&tree.order, count).expect("the device answers");
@@ -36,7 +36,7 @@ fn truth(boxes: &[Bounds]) -> [Vec<u32>; 2] {
 }
 
 /// Small boxes everywhere.
-fn boxes(count: u32, seed: u64) -> Vec<Bounds> {
+pub(super) fn boxes(count: u32, seed: u64) -> Vec<Bounds> {
     layout(count, seed, |_, at, size| Bounds::new(at, at + size * 0.05))
 }
 
@@ -53,7 +53,7 @@ fn layout(count: u32, seed: u64, of: impl Fn(u32, Vec3, Vec3) -> Bounds) -> Vec<
 
 /// Sets that a build may stumble over. Coordinates of any size, but no areas that underflow once
 /// the boxes are scaled: a device may take those for zero.
-fn hostile() -> Vec<(&'static str, Vec<Bounds>)> {
+pub(super) fn hostile() -> Vec<(&'static str, Vec<Bounds>)> {
     let by = |factor: f32| {
         layout(3000, 3, move |_, at, size| {
             Bounds::new(at * factor, (at + size * 0.05) * factor)

@@ -6,6 +6,7 @@
 //! `LIGHTSHED_REQUIRE_GPU=1`.
 
 mod bvh_build;
+mod bvh_subset;
 mod doubles;
 mod guiding;
 mod harness;
@@ -20,9 +21,11 @@ mod media;
 mod merge;
 mod mixture;
 mod numbers;
+mod octree_adapt;
 mod path_budget;
 mod phase;
 mod planted;
+mod quadtree_learn;
 mod rays;
 mod resampling;
 mod scattering;

@@ -3,6 +3,7 @@
 //! with `f64` instead of `f32` storage.
 
 mod conditional;
+mod duplicates;
 mod faults;
 mod finite;
 mod merging;
