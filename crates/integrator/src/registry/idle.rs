@@ -3,9 +3,9 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP, GUIDE,
-    GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_SCATTER, GUIDE_STATES, GUIDE_TRAINING,
-    PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP, WORLD_CELLS,
-    WORLD_READS,
+    GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER, GUIDE_STATES,
+    GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP,
+    WORLD_CELLS, WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -24,7 +24,11 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             guided,
             "without --guide",
         ),
-        (&[&GUIDE_BITS], guide(&["cdq"]), "without --guide cdq"),
+        (
+            &[&GUIDE_BITS, &GUIDE_PRODUCT],
+            guide(&["cdq"]),
+            "without --guide cdq",
+        ),
         (
             &[&GUIDE_STATES],
             guide(&["mcmm", "mcmm-grid"]),
