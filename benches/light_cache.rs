@@ -14,7 +14,9 @@
 use clap::Parser;
 use lightshed::film::{Budget, Film, PixelEstimator, RenderOptions, RgbImage, process_cpu_seconds, render};
 use lightshed::integrator::{LightChoosing, LightSelection, PathTracer};
-use lightshed::scene::{Scene, SceneDescription, builtin, import};
+use lightshed::scene::{
+    FloatTexture, Material, Microfacet, Rgb, Roughness, Scene, SceneDescription, builtin, import,
+};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -36,6 +38,12 @@ struct Options {
     /// Ways of choosing; the first is what the others are compared with.
     #[arg(long, value_delimiter = ',', default_value = "bvh,power,open-bvh,vlc")]
     lights: Vec<LightChoosing>,
+    /// Gives all diffuse surfaces a coat of this roughness `α`.
+    #[arg(long)]
+    plastic: Option<f32>,
+    /// Makes all diffuse surfaces metal of this roughness `α`.
+    #[arg(long)]
+    metal: Option<f32>,
     /// Given by cargo; of no meaning here.
     #[arg(long, hide = true)]
     bench: bool,
@@ -66,6 +74,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         (description.settings.width, description.settings.height) = (options.size, options.size);
         description.settings.max_depth = Some(2);
+        for material in &mut description.materials {
+            polish(material, &options);
+        }
         let scene = Scene::new(&description)?;
         let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), 1);
         let seen = run(&seen, options.size, 256, 1000)?.0.mean_image();
@@ -111,6 +122,38 @@ fn load(name: &str) -> Result<Option<SceneDescription>, Box<dyn Error>> {
     Ok(Some(
         import::load(folder.join(name).join("scene.xml"), &[])?.description,
     ))
+}
+
+/// Makes a diffuse surface glossy.
+fn polish(material: &mut Material, options: &Options) {
+    match material {
+        Material::TwoSided { front, .. } => polish(front, options),
+        Material::Diffuse { reflectance } => {
+            let reflectance = reflectance.clone();
+            if let Some(alpha) = options.metal {
+                *material = Material::MetallicRoughness {
+                    base_color: reflectance,
+                    metallic: FloatTexture::Constant(1.0),
+                    roughness: FloatTexture::Constant(alpha.sqrt()),
+                    transmission: FloatTexture::Constant(0.0),
+                    ior: 1.5,
+                };
+            } else if let Some(alpha) = options.plastic {
+                *material = Material::Plastic {
+                    eta: 1.5,
+                    diffuse_reflectance: reflectance,
+                    specular_reflectance: Rgb::ONE.into(),
+                    nonlinear: false,
+                    roughness: Some(Roughness {
+                        distribution: Microfacet::Ggx,
+                        alpha_u: FloatTexture::Constant(alpha),
+                        alpha_v: FloatTexture::Constant(alpha),
+                    }),
+                };
+            }
+        }
+        _ => {}
+    }
 }
 
 fn take_turn(

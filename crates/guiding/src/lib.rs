@@ -34,6 +34,7 @@ mod field;
 mod flat;
 mod hash_cells;
 mod light_cache;
+mod lobe;
 mod markov;
 mod model;
 mod options;
@@ -74,8 +75,8 @@ pub use partition::Partition;
 pub use passage::{FlightArrival, FlightEnd, Visit};
 pub use places::{MAX_PLACES, PlaceBlock, PlaceDirections, PlaceModel, PlaceOptions};
 pub use quadtree::{
-    CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeGoal, QuadtreeModel,
-    QuadtreeOptions, SeenQuadtree,
+    CompressedQuadtree, MAX_PRODUCT_BITS, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeGoal,
+    QuadtreeModel, QuadtreeOptions, QuadtreeProduct, SeenQuadtree,
 };
 pub use sample::{GuidingSample, TrainingSample};
 pub use saved::SavedField;

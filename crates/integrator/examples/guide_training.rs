@@ -60,6 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     share: value.parse()?,
                 }
             }
+            "product" => options.quadtree.product = value.parse()?,
             "parallax" => options.quadtree.parallax = value.parse()?,
             "worth" => options.worth_depth = value.parse()?,
             "roulette" => options.roulette_depth = value.parse()?,

@@ -116,6 +116,7 @@ fn report(field: &SceneField, points: &[Point], terms: &[Term], flames: usize) {
                 position: point.position,
                 normal: Some(point.normal),
                 outgoing: point.outgoing,
+                lit: None,
             })
         })
         .collect();

@@ -51,6 +51,14 @@ impl EmitterSampler for AnyEmitters<'_> {
     }
 
     #[inline]
+    fn uses_gloss(&self) -> bool {
+        match self {
+            Self::Power(_) => false,
+            Self::Selection(selection) => selection.uses_gloss(),
+        }
+    }
+
+    #[inline]
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
         match self {
             Self::Power(_) => ShadingPoint::default(),

@@ -33,6 +33,12 @@ pub trait EmitterSampler: Sync {
         size_of::<Self::Site>() > 0
     }
 
+    /// Whether the selection reads the gloss of points. If not, callers need not look for it.
+    #[inline(always)]
+    fn uses_gloss(&self) -> bool {
+        false
+    }
+
     /// The data of a point that the selection uses. `at` computes it on request.
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> Self::Site;
 

@@ -6,7 +6,7 @@ use lightshed_guiding::{
 };
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{
-    Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
+    Bounds, BvhBuild, Facing, Gloss, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
     OpenedTree, OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree,
     UniformLights,
 };
@@ -49,6 +49,8 @@ pub enum LightChoosing {
     /// Among the lights that are visible from there, as paths have learnt before, by a
     /// [`LightCache`] with a light BVH.
     Vlc,
+    /// The same; for glossy surfaces, its weights know the lobe.
+    VlcLobes,
     /// None but points and directions, which nothing else finds: surfaces and environments are left
     /// to the directions that paths take, and no list of them is used. Only for methods whose
     /// directions find them; [`ALL`](Self::ALL) does not have it, and no name leads to it.
@@ -57,7 +59,7 @@ pub enum LightChoosing {
 
 impl LightChoosing {
     /// All of them but [`Unfound`](Self::Unfound).
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
@@ -70,6 +72,7 @@ impl LightChoosing {
         Self::OpenTree,
         Self::OpenCurveBvh,
         Self::Vlc,
+        Self::VlcLobes,
     ];
 
     /// The name by which [`FromStr`] finds it.
@@ -87,6 +90,7 @@ impl LightChoosing {
             Self::OpenTree => "open-tree",
             Self::OpenCurveBvh => "open-curve-bvh",
             Self::Vlc => "vlc",
+            Self::VlcLobes => "vlc-lobes",
             Self::Unfound => "none",
         }
     }
@@ -213,7 +217,10 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::OpenTree => {
                         Sampler::OpenTree(Box::new(OpenedTree::new(PerfectTree::new(&lights)?)))
                     }
-                    LightChoosing::Vlc => Sampler::Cache(Box::new(light_cache(scene, &lights)?)),
+                    LightChoosing::Vlc | LightChoosing::VlcLobes => {
+                        let lobes = choosing == LightChoosing::VlcLobes;
+                        Sampler::Cache(Box::new(light_cache(scene, &lights, lobes)?))
+                    }
                 })
             })
             .transpose()?;
@@ -376,6 +383,14 @@ impl EmitterSampler for LightSelection<'_> {
     #[inline(always)]
     fn uses_site(&self) -> bool {
         !matches!(self.sampler, None | Some(Sampler::Uniform(_) | Sampler::Power(_)))
+    }
+
+    #[inline(always)]
+    fn uses_gloss(&self) -> bool {
+        match &self.sampler {
+            Some(Sampler::Cache(cache)) => cache.options().lobes,
+            _ => false,
+        }
     }
 
     /// The default if the selection does not use it.
@@ -565,6 +580,41 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
             true => luminance(bsdf.albedo_hint()) * FRAC_1_PI,
             false => f32::MAX,
         },
+        gloss: Gloss::default(),
+    }
+}
+
+/// [`shading_point`] with what the surface reflects besides its diffuse part, if all of it is on
+/// the side of the viewer.
+#[inline]
+pub(crate) fn glossy_shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
+    let at = shading_point(point, bsdf, wo);
+    if bsdf.is_diffuse() || at.facing != Facing::Front {
+        return at;
+    }
+    // The sampler's own shares stand for what the lobes reflect.
+    let (mut glossy, mut all, mut roughness) = (0.0, 0.0, 0.0);
+    for lobe in 0..bsdf.lobe_count() {
+        let width = bsdf.lobe_roughness(lobe);
+        if width > 0.0 {
+            let share = bsdf.lobe_probability(lobe, wo);
+            all += share;
+            if width < 1.0 {
+                glossy += share;
+                roughness += share * width;
+            }
+        }
+    }
+    if !(glossy > 0.0) {
+        return at;
+    }
+    ShadingPoint {
+        gloss: Gloss {
+            viewer: point.shading.to_world(wo),
+            roughness: roughness / glossy,
+            share: glossy / all,
+        },
+        ..at
     }
 }
 
@@ -586,6 +636,7 @@ pub(crate) fn diffuse_shading_point(position: Vec3, normal: Vec3, reflectance: R
         normal,
         facing: Facing::Front,
         reflectance_bound: luminance(reflectance) * FRAC_1_PI,
+        gloss: Gloss::default(),
     }
 }
 
@@ -598,11 +649,12 @@ pub fn scene_lights(emitters: &Emitters) -> Vec<Light> {
 }
 
 /// A light cache over a scene, without knowledge yet.
-fn light_cache(scene: &Scene, lights: &[Light]) -> Result<LightCache, LightError> {
+fn light_cache(scene: &Scene, lights: &[Light], lobes: bool) -> Result<LightCache, LightError> {
     let [min, max] = scene.bounds();
     // Nothing in a scene moves, so knowledge does not become outdated.
     let mut options = LightCacheOptions {
         persistence: 1.0,
+        lobes,
         ..LightCacheOptions::default()
     };
     options.tree.persistence = 1.0;

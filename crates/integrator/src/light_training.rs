@@ -80,7 +80,7 @@ impl<'a> LightSelection<'a> {
     /// See [`new`](Self::new).
     pub fn trained(scene: &'a Scene, choosing: LightChoosing) -> Result<Self, LightError> {
         let mut selection = Self::new(scene, choosing)?;
-        if choosing == LightChoosing::Vlc {
+        if matches!(choosing, LightChoosing::Vlc | LightChoosing::VlcLobes) {
             train(scene, &mut selection);
         }
         Ok(selection)

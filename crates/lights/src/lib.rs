@@ -68,7 +68,7 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_spatial::{Bounds, Curve};
 pub use opened::OpenedTree;
 pub use perfect::{LightRecord, PerfectTree, PerfectTreeOptions, Stride, TreeLayout, TreeUpdate};
-pub use receiver::{Facing, RaySegment, SegmentError, ShadingPoint};
+pub use receiver::{Facing, Gloss, RaySegment, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
 pub use two_level::{TwoLevelError, TwoLevelTree};
 pub use weighing::Receiver;

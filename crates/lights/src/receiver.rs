@@ -15,6 +15,19 @@ pub enum Facing {
     All,
 }
 
+/// The part of a surface's reflection that is not diffuse. Samplers may weigh lights by it; those
+/// of this crate do not read it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gloss {
+    /// Unit direction towards the viewer, in the lights' space, on the side of the normal.
+    pub viewer: Vec3,
+    /// Roughness `α` of GGX.
+    pub roughness: f32,
+    /// Part of the reflected light that the lobe has, 0 to 1. A surface of 0 is diffuse, or not
+    /// known; the other fields then mean nothing.
+    pub share: f32,
+}
+
 /// A point at which light is gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShadingPoint {
@@ -28,6 +41,8 @@ pub struct ShadingPoint {
     /// direction (per steradian, as one number). If it is zero, no light is selected; other values
     /// change no probability of this crate's samplers.
     pub reflectance_bound: f32,
+    /// What is reflected besides a diffuse part.
+    pub gloss: Gloss,
 }
 
 impl ShadingPoint {
@@ -38,6 +53,7 @@ impl ShadingPoint {
             normal,
             facing: Facing::Front,
             reflectance_bound,
+            gloss: Gloss::default(),
         }
     }
 
@@ -48,6 +64,7 @@ impl ShadingPoint {
             normal: Vec3::Z,
             facing: Facing::All,
             reflectance_bound: 1.0,
+            gloss: Gloss::default(),
         }
     }
 }

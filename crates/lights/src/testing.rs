@@ -86,6 +86,7 @@ pub(crate) fn points(lights: &[Light], count: usize, seed: u64) -> Vec<ShadingPo
                 normal: UniformSphere::sample(rng.next_2d()),
                 facing: [Facing::Front, Facing::Front, Facing::Both, Facing::All][i / 4 % 4],
                 reflectance_bound: 1.0,
+                gloss: crate::Gloss::default(),
             }
         })
         .collect()

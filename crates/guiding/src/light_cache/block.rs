@@ -8,8 +8,11 @@
 //!
 //! the irradiance by the light's intensity `s`, times a learnt number, with both cosines bounded by
 //! those of the ball. `o` is 1 if the light emits in all directions, otherwise 0. The weight is
-//! zero only if no point of the light sends anything to `x`.
+//! zero only if no point of the light sends anything to `x`. For a glossy receiver, a part of the
+//! last cosine, `max(0, n_x·d + r) / max(‖d‖, r)`, is replaced by the mean of the receiver's lobe
+//! over the ball ([`ReflectionLobe`]).
 
+use crate::lobe::ReflectionLobe;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
@@ -74,6 +77,25 @@ impl WeighedLight {
     }
 }
 
+/// A receiver and its lobe.
+#[derive(Clone, Copy)]
+pub(super) struct Receiver<'a> {
+    pub at: &'a ShadingPoint,
+    lobe: Option<ReflectionLobe>,
+}
+
+impl<'a> Receiver<'a> {
+    /// Of a receiver whose gloss counts `with_lobe`.
+    #[inline(always)]
+    pub fn new(at: &'a ShadingPoint, with_lobe: bool) -> Self {
+        let lobe = match with_lobe {
+            true => ReflectionLobe::of(at),
+            false => None,
+        };
+        Self { at, lobe }
+    }
+}
+
 /// Eight of them.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
@@ -134,7 +156,8 @@ impl LightBlock {
 
     /// Weights for a receiver.
     #[inline(always)]
-    pub fn weights<L: Lanes>(&self, at: &ShadingPoint) -> L {
+    pub fn weights<L: Lanes>(&self, to: &Receiver<'_>) -> L {
+        let at = to.at;
         let load = |rows: &[[f32; LANES]; 3]| {
             Vec3Lanes::<L>::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
         };
@@ -150,7 +173,15 @@ impl LightBlock {
             Facing::Both => Vec3Lanes::<L>::splat(at.normal.to_array()).dot(d).abs() + radius,
         };
         let clamped = squared.max(radius * radius).max(L::splat(MIN_SQUARED));
-        let weight = (intensity * emitted.max(zero) / clamped) * (received.max(zero) / clamped);
+        let weight = match &to.lobe {
+            None => (intensity * emitted.max(zero) / clamped) * (received.max(zero) / clamped),
+            Some(lobe) => {
+                let length = clamped.sqrt();
+                let cosine = received.max(zero) / length;
+                let reflected = lobe.weights(d, squared, radius * radius / clamped, cosine);
+                (intensity * emitted.max(zero) / clamped) * (reflected / length)
+            }
+        };
         let positive = zero.less(intensity) & zero.less(emitted) & zero.less(received);
         let weight = weight.min(L::splat(MAX_WEIGHT)).max(L::splat(MIN_WEIGHT));
         weight.select(positive, zero)
@@ -180,17 +211,17 @@ impl LightBlock {
 mod tests {
     use super::*;
     use lightshed_lanes::{ArrayLanes, LaneChoice, LaneKernel};
-    use lightshed_lights::{Bounds, OrientationCone};
+    use lightshed_lights::{Bounds, Gloss, OrientationCone};
     use lightshed_sampling::{CounterRng, UniformSphere};
 
-    struct Weigh<'a>(&'a LightBlock, &'a ShadingPoint);
+    struct Weigh<'a>(&'a LightBlock, Receiver<'a>);
 
     impl LaneKernel for Weigh<'_> {
         type Output = [f32; LANES];
 
         #[inline(always)]
         fn run<L: Lanes>(self) -> [f32; LANES] {
-            self.0.weights::<L>(self.1).store()
+            self.0.weights::<L>(&self.1).store()
         }
     }
 
@@ -217,6 +248,11 @@ mod tests {
                 normal: UniformSphere::sample(rng.next_2d()),
                 facing: [Facing::Front, Facing::Both, Facing::All][i as usize % 3],
                 reflectance_bound: 1.0,
+                gloss: Gloss {
+                    viewer: UniformSphere::sample(rng.next_2d()),
+                    roughness: rng.next_f32(),
+                    share: [0.0, rng.next_f32()][i as usize / 3 % 2],
+                },
             }
         })
     }
@@ -229,8 +265,12 @@ mod tests {
                 block.set(lane, lane as u32, &WeighedLight::new(light));
             }
             for at in receivers(seed) {
-                let found = LaneChoice::best().run(Weigh(&block, &at));
-                assert_eq!(found, block.weights::<ArrayLanes>(&at).store());
+                let glossy = Receiver::new(&at, true);
+                let found = LaneChoice::best().run(Weigh(&block, glossy));
+                assert_eq!(found, block.weights::<ArrayLanes>(&glossy).store());
+                let to = Receiver::new(&at, false);
+                let found = LaneChoice::best().run(Weigh(&block, to));
+                assert_eq!(found, block.weights::<ArrayLanes>(&to).store());
                 for (lane, found) in found.into_iter().enumerate() {
                     let truth = block.naive_weight(lane, &at);
                     // Cosines cancel in single precision.
@@ -278,15 +318,70 @@ mod tests {
             let mut group = LightBlock::EMPTY;
             group.set(0, 0, &WeighedLight::group(&weighed[..4]));
             for at in receivers(seed) {
-                let weights = block.weights::<ArrayLanes>(&at).store();
+                let to = Receiver::new(&at, true);
+                let weights = block.weights::<ArrayLanes>(&to).store();
                 for (light, weight) in lights.iter().zip(weights) {
                     assert!(weight > 0.0 || !sends(light, &at));
                     zeros += u32::from(weight == 0.0);
                 }
-                let of_group = group.weights::<ArrayLanes>(&at).first();
+                let of_group = group.weights::<ArrayLanes>(&to).first();
                 assert!(of_group > 0.0 || weights[..4].iter().all(|&weight| weight == 0.0));
             }
         }
         assert!(zeros > 1000);
+    }
+
+    /// Whatever is finite leads to weights that are finite, and a lobe hides no light that the
+    /// cosine sees.
+    #[test]
+    fn finite_points_have_finite_weights() {
+        for seed in 0..20_000 {
+            let mut rng = CounterRng::new(99, seed, 0);
+            let mut number = || {
+                let x = f32::from_bits(rng.next_u32());
+                if x.is_finite() { x } else { 1.0 }
+            };
+            let at = ShadingPoint {
+                position: Vec3::new(number(), number(), number()),
+                normal: Vec3::new(number(), number(), number()),
+                facing: Facing::Front,
+                reflectance_bound: 1.0,
+                gloss: Gloss {
+                    viewer: Vec3::new(number(), number(), number()),
+                    roughness: number(),
+                    share: number(),
+                },
+            };
+            // Some of what is usual among it.
+            let unit = Vec3::new(0.6, 0.0, 0.8);
+            let at = match seed % 4 {
+                0 => at,
+                1 => ShadingPoint { normal: unit, ..at },
+                2 => ShadingPoint {
+                    normal: unit,
+                    position: Vec3::ONE,
+                    ..at
+                },
+                _ => ShadingPoint {
+                    normal: unit,
+                    position: Vec3::ONE,
+                    gloss: Gloss {
+                        viewer: unit,
+                        ..at.gloss
+                    },
+                    ..at
+                },
+            };
+            let mut block = LightBlock::EMPTY;
+            for (lane, light) in lights(u64::from(seed % 7)).iter().enumerate() {
+                block.set(lane, lane as u32, &WeighedLight::new(light));
+            }
+            let glossy = block.weights::<ArrayLanes>(&Receiver::new(&at, true)).store();
+            let diffuse = block.weights::<ArrayLanes>(&Receiver::new(&at, false)).store();
+            for (glossy, diffuse) in glossy.into_iter().zip(diffuse) {
+                assert!(glossy.is_finite() && glossy >= 0.0, "{at:?}: {glossy}");
+                assert_eq!(glossy > 0.0, diffuse > 0.0, "{at:?}: {glossy}, {diffuse}");
+            }
+        }
     }
 }

@@ -1,12 +1,11 @@
 //! Selection of one of a region's buckets, and the probabilities of the cache alone.
 
-use super::block::LightBlock;
+use super::block::{LightBlock, Receiver};
 use super::lists::{Lists, RegionHead};
 use super::options::BucketRule;
 use super::units::Units;
 use super::walk::{Walk, find};
 use lightshed_lanes::Lanes;
-use lightshed_lights::ShadingPoint;
 
 /// The buckets of a region for a receiver, and how one is selected.
 pub(super) struct Buckets<'a> {
@@ -23,14 +22,14 @@ impl<'a> Buckets<'a> {
         lists: &'a Lists,
         units: &'a Units,
         head: &'a RegionHead,
-        at: &ShadingPoint,
+        to: &Receiver<'_>,
     ) -> Self {
         let grouped = lists.rule == BucketRule::Aggregates && head.buckets > 1;
         Self {
             lists,
             units,
             head,
-            weights: grouped.then(|| Walk::new::<L>(lists.groups(head), at)),
+            weights: grouped.then(|| Walk::new::<L>(lists.groups(head), to)),
         }
     }
 
@@ -85,15 +84,15 @@ impl<'a> Buckets<'a> {
 
     /// `p_c` of a light, and whether any unit of its bucket has a weight.
     #[inline(always)]
-    pub fn cached<L: Lanes>(&self, at: &ShadingPoint, light: u32) -> (f32, bool) {
+    pub fn cached<L: Lanes>(&self, to: &Receiver<'_>, light: u32) -> (f32, bool) {
         let unit = self.units.of(light);
         let bucket = self.of(unit);
         let blocks = self.blocks(bucket);
-        let walk = Walk::new::<L>(blocks, at);
+        let walk = Walk::new::<L>(blocks, to);
         let within = find(blocks, unit).map_or(0.0, |i| walk.probability(i));
         let of_unit = self.probability(bucket) * within;
         let cached = if of_unit > 0.0 {
-            of_unit * self.units.probability::<L>(at, light)
+            of_unit * self.units.probability::<L>(to, light)
         } else {
             0.0
         };

@@ -1,6 +1,6 @@
 //! The light cache: regions, their records, and the data for selections.
 
-use super::block::LightBlock;
+use super::block::{LightBlock, Receiver};
 use super::bucket_choice::Buckets;
 use super::buckets::RegionLights;
 use super::entries::{Entry, Visible, collect, merge};
@@ -420,8 +420,9 @@ impl LaneKernel for Moments<'_> {
                 let seen = visible.binary_search_by_key(&unit, |seen| seen.unit);
                 let is_known = seen.is_ok_and(|place| visible[place].seen_count > 1.0);
                 let cached = if is_known && self.heads[i].buckets > 0 {
-                    Buckets::new::<L>(&self.cache.lists, &self.cache.units, &self.heads[i], &at)
-                        .cached::<L>(&at, light)
+                    let to = &Receiver::new(&at, self.cache.options.lobes);
+                    Buckets::new::<L>(&self.cache.lists, &self.cache.units, &self.heads[i], to)
+                        .cached::<L>(to, light)
                         .0
                 } else {
                     0.0

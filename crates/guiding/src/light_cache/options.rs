@@ -60,6 +60,10 @@ pub struct LightCacheOptions {
     pub learn_share: bool,
     /// Multiplies the weight of a light by the root of the share of a region's samples that saw it.
     pub learn_visibility: bool,
+    /// Weighs lights by the lobe of glossy receivers, a linearly transformed cosine (§5.4.2), in
+    /// place of the cosine alone ([`Gloss`](lightshed_lights::Gloss)).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub lobes: bool,
     /// The number of buckets is reduced only if no bucket is fuller than this part of its capacity:
     /// above 0, at most 1.
     pub hysteresis: f32,
@@ -119,6 +123,7 @@ impl Default for LightCacheOptions {
             share: 0.005,
             learn_share: true,
             learn_visibility: true,
+            lobes: false,
             hysteresis: 0.75,
             persistence: 0.9,
             max_age: 32,

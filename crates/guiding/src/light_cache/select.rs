@@ -6,6 +6,7 @@
 //! technique: `(1 − f) p_c` if `p_c > 0`, otherwise `f p_e`. If no cached light has a weight, `f`
 //! is 1.
 
+use super::block::Receiver;
 use super::bucket_choice::Buckets;
 use super::cache::LightCache;
 use super::exploration::Explorer;
@@ -102,7 +103,8 @@ impl LightCache {
         if head.explores_always() {
             return self.explorer.sample(at, u);
         }
-        let buckets = Buckets::new::<L>(&self.lists, &self.units, head, at);
+        let to = &Receiver::new(at, self.options.lobes);
+        let buckets = Buckets::new::<L>(&self.lists, &self.units, head, to);
         if buckets.is_black() {
             return self.explorer.sample(at, u);
         }
@@ -122,7 +124,7 @@ impl LightCache {
             (bucket, rest, None)
         };
         let blocks = buckets.blocks(bucket);
-        let walk = Walk::new::<L>(blocks, at);
+        let walk = Walk::new::<L>(blocks, to);
         if head.buckets == 1 && !(walk.total() > 0.0) {
             // No cached light contributes here.
             return self.explorer.sample(at, u);
@@ -132,7 +134,7 @@ impl LightCache {
             let LightChoice { light, pmf } = explored?;
             let of_unit = of_bucket * find(blocks, self.units.of(light)).map_or(0.0, |i| walk.probability(i));
             let cached = if of_unit > 0.0 {
-                of_unit * self.units.probability::<L>(at, light)
+                of_unit * self.units.probability::<L>(to, light)
             } else {
                 0.0
             };
@@ -143,7 +145,7 @@ impl LightCache {
         }
         let (i, rest) = walk.choose::<L>(rest);
         let unit = blocks[i / LANES].lights[i % LANES];
-        let (light, within) = self.units.choose::<L>(at, unit, rest)?;
+        let (light, within) = self.units.choose::<L>(to, unit, rest)?;
         let cached = of_bucket * walk.probability(i) * within;
         self.mixed(head, light, cached, || self.explorer.pmf(at, light), false)
     }
@@ -184,11 +186,12 @@ impl LightCache {
         if head.explores_always() {
             return self.explorer.pmf(at, light);
         }
-        let buckets = Buckets::new::<L>(&self.lists, &self.units, head, at);
+        let to = &Receiver::new(at, self.options.lobes);
+        let buckets = Buckets::new::<L>(&self.lists, &self.units, head, to);
         if buckets.is_black() {
             return self.explorer.pmf(at, light);
         }
-        let (cached, any) = buckets.cached::<L>(at, light);
+        let (cached, any) = buckets.cached::<L>(to, light);
         if head.buckets == 1 && !any {
             return self.explorer.pmf(at, light);
         }

@@ -4,11 +4,11 @@
 //! bucket holds many more of them. Groups are runs of a curve through all lights that fit into a
 //! small box: a cut of a tree along that curve. `p_c(l) = p_c(unit) · w_l / Σ_unit w`.
 
-use super::block::{LightBlock, WeighedLight};
+use super::block::{LightBlock, Receiver, WeighedLight};
 use super::options::{BucketRule, LightCacheOptions, MAX_BUCKET};
 use super::walk::{Walk, find};
 use lightshed_lanes::{LANES, Lanes};
-use lightshed_lights::{Bounds, Light, ShadingPoint};
+use lightshed_lights::{Bounds, Light};
 use lightshed_spatial::{Curve, CurveOrder};
 
 #[derive(Clone, Debug)]
@@ -125,24 +125,24 @@ impl Units {
 
     /// Probability of a light within its unit.
     #[inline(always)]
-    pub fn probability<L: Lanes>(&self, at: &ShadingPoint, light: u32) -> f32 {
+    pub fn probability<L: Lanes>(&self, to: &Receiver<'_>, light: u32) -> f32 {
         let members = self.members(self.of(light));
         if members.is_empty() {
             return 1.0;
         }
-        let walk = Walk::new::<L>(members, at);
+        let walk = Walk::new::<L>(members, to);
         find(members, light).map_or(0.0, |i| walk.probability(i))
     }
 
     /// A light of a unit, selected by `u`, with its probability within the unit; `None` if no light
     /// of the unit has a weight.
     #[inline(always)]
-    pub fn choose<L: Lanes>(&self, at: &ShadingPoint, unit: u32, u: f64) -> Option<(u32, f32)> {
+    pub fn choose<L: Lanes>(&self, to: &Receiver<'_>, unit: u32, u: f64) -> Option<(u32, f32)> {
         let members = self.members(unit);
         if members.is_empty() {
             return Some((self.single[unit as usize], 1.0));
         }
-        let walk = Walk::new::<L>(members, at);
+        let walk = Walk::new::<L>(members, to);
         if !(walk.total() > 0.0) {
             return None;
         }

@@ -1,9 +1,8 @@
 //! One walk over the lights of a bucket: their cumulative weights.
 
-use super::block::LightBlock;
+use super::block::{LightBlock, Receiver};
 use super::options::MAX_BUCKET;
 use lightshed_lanes::{LANES, Lanes};
-use lightshed_lights::ShadingPoint;
 
 /// Cumulative weights of up to [`MAX_BUCKET`] lights. Probabilities are differences of these
 /// numbers, so a selection by them has exactly the probability that is reported: a light whose
@@ -16,7 +15,7 @@ pub(super) struct Walk {
 impl Walk {
     /// Weighs all lights of `blocks`, [`MAX_BUCKET`] at most.
     #[inline(always)]
-    pub fn new<L: Lanes>(blocks: &[LightBlock], at: &ShadingPoint) -> Self {
+    pub fn new<L: Lanes>(blocks: &[LightBlock], to: &Receiver<'_>) -> Self {
         let mut walk = Self {
             ends: [0.0; MAX_BUCKET],
             count: blocks.len().min(MAX_BUCKET / LANES) * LANES,
@@ -24,7 +23,7 @@ impl Walk {
         let mut before = L::splat(0.0);
         let (rows, _) = walk.ends.as_chunks_mut::<LANES>();
         for (block, row) in blocks.iter().zip(rows) {
-            let ends = block.weights::<L>(at).running_sums() + before;
+            let ends = block.weights::<L>(to).running_sums() + before;
             *row = ends.store();
             before = L::splat(row[LANES - 1]);
         }

@@ -5,6 +5,7 @@ use super::counts::{count, count_words};
 use super::learn::learn;
 use super::options::{QuadtreeGoal, QuadtreeOptions};
 use super::parallax::{PARALLAX_WORDS, Parallax, SeenQuadtree, is_parallax, learn_parallax};
+use super::product::{MAX_PRODUCT_BITS, leaf_words, write_leaves};
 use super::variance::VarianceLoads;
 use super::view::CompressedQuadtree;
 use crate::error::{GuidingError, check_option};
@@ -29,6 +30,12 @@ impl QuadtreeModel {
         let bits = options.bits;
         let is_width = bits.is_multiple_of(32) && (32..=MAX_QUADTREE_BITS).contains(&bits);
         check_option(is_width, "bits", bits.into(), "a multiple of 32 up to 1024")?;
+        check_option(
+            !options.product || bits <= MAX_PRODUCT_BITS,
+            "bits",
+            bits.into(),
+            "at most 128 with products",
+        )?;
         let (eagerness, prior) = (options.eagerness, options.prior_samples);
         check_option(
             eagerness > 0.0 && eagerness <= 1.0,
@@ -53,6 +60,15 @@ impl QuadtreeModel {
     #[inline(always)]
     fn tree_words(&self) -> usize {
         self.options.bits as usize / 32
+    }
+
+    /// Words of the leaves that products need.
+    #[inline(always)]
+    fn leaf_words(&self) -> usize {
+        match self.options.product {
+            true => leaf_words(self.tree_words()),
+            false => 0,
+        }
     }
 
     /// How they learn.
@@ -103,11 +119,15 @@ impl DirectionalModel for QuadtreeModel {
     }
 
     fn table_words(&self) -> usize {
-        count_words(self.tree_words())
+        count_words(self.tree_words()) + self.leaf_words()
     }
 
     fn tabulate(&self, records: &[u32], table: &mut [u32]) {
-        count(&records[..self.tree_words()], table);
+        let (counts, leaves) = table.split_at_mut(count_words(self.tree_words()));
+        count(&records[..self.tree_words()], counts);
+        if !leaves.is_empty() {
+            write_leaves(counts, leaves);
+        }
     }
 
     #[inline(always)]
@@ -118,8 +138,11 @@ impl DirectionalModel for QuadtreeModel {
         position: Vec3,
     ) -> SeenQuadtree<'a> {
         let (tree, parallax) = records.split_at(self.tree_words());
+        let (counts, leaves) = table.split_at(count_words(self.tree_words()));
         SeenQuadtree::new(
-            CompressedQuadtree::of_tree(tree).with_counts(table),
+            CompressedQuadtree::of_tree(tree)
+                .with_counts(counts)
+                .with_leaves(leaves),
             Parallax::new(parallax, position),
         )
     }

@@ -23,6 +23,11 @@ pub struct QuadtreeOptions {
     /// Whether a region keeps the mean distance of its light, and each position sees its tree from
     /// there: 16 bytes more.
     pub parallax: bool,
+    /// Whether the leaves are kept in a row, so that products with what receivers reflect can be
+    /// sampled ([`SeenQuadtree::times`](super::SeenQuadtree::times)); for trees of at most
+    /// [`MAX_PRODUCT_BITS`](super::MAX_PRODUCT_BITS).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub product: bool,
 }
 
 /// What decides where a tree has its leaves.
@@ -49,6 +54,7 @@ impl Default for QuadtreeOptions {
             prior_samples: 16.0,
             goal: QuadtreeGoal::LeastVariance { share: 0.6 },
             parallax: true,
+            product: false,
         }
     }
 }

@@ -101,6 +101,27 @@ impl<'a> SeenQuadtree<'a> {
         Self { tree, parallax }
     }
 
+    #[inline(always)]
+    pub(super) fn offset(&self) -> Vec3 {
+        self.parallax.offset
+    }
+
+    #[inline(always)]
+    pub(super) fn at_pivot(&self, direction: Vec3) -> (Vec3, f32) {
+        match self.parallax.offset == Vec3::ZERO {
+            true => (direction, 1.0),
+            false => self.parallax.at_pivot(direction),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn seen_from_pivot(&self, from_pivot: Vec3) -> Vec3 {
+        match self.parallax.offset == Vec3::ZERO {
+            true => from_pivot,
+            false => self.parallax.seen(from_pivot),
+        }
+    }
+
     /// The tree as its pivot sees it.
     pub fn tree(&self) -> &CompressedQuadtree<'a> {
         &self.tree

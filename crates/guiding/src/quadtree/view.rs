@@ -25,6 +25,8 @@ pub struct CompressedQuadtree<'a> {
     first: u64,
     /// Its [`counts`](super::counts), from which the same is read faster; empty if nobody counted.
     counts: &'a [u32],
+    /// Its leaves, if products are sampled; otherwise empty.
+    leaves: &'a [u32],
 }
 
 /// A square of the octahedral map: `[place, place + 1) · 2^−depth` along u and v.
@@ -63,6 +65,7 @@ impl<'a> CompressedQuadtree<'a> {
             words,
             first: word(0) | word(1) << 32,
             counts: &[],
+            leaves: &[],
         }
     }
 
@@ -70,6 +73,22 @@ impl<'a> CompressedQuadtree<'a> {
     #[inline(always)]
     pub(super) fn with_counts(self, counts: &'a [u32]) -> Self {
         Self { counts, ..self }
+    }
+
+    /// The same tree with its leaves in a row.
+    #[inline(always)]
+    pub(super) fn with_leaves(self, leaves: &'a [u32]) -> Self {
+        Self { leaves, ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn counts(&self) -> &'a [u32] {
+        self.counts
+    }
+
+    #[inline(always)]
+    pub(super) fn leaves(&self) -> &'a [u32] {
+        self.leaves
     }
 
     /// Leaves.

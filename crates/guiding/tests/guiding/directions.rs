@@ -3,8 +3,9 @@
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{
     CompressedQuadtree, DirectionalModel, GuidingSample, QuadtreeGoal, QuadtreeModel, QuadtreeOptions,
-    TrainingSample, WeightedTreeModel, WeightedTreeOptions,
+    QuadtreeProduct, TrainingSample, WeightedTreeModel, WeightedTreeOptions,
 };
+use lightshed_lights::{Gloss, ShadingPoint};
 use lightshed_sampling::{
     CounterRng, Density, DirectionDistribution, SolidAngle, UniformSphere, VonMisesFisher,
 };
@@ -424,4 +425,155 @@ fn trees_of_least_variance_count_what_the_bsdf_finds() {
     println!("even loads {even}, least variance {least}, of the tree alone {alone}");
     assert!(least < even, "{least} and {even}");
     assert!(least < 0.7 * alone, "{least} and {alone}");
+}
+
+/// A tree that keeps what products need.
+fn product_model(bits: u32) -> QuadtreeModel {
+    QuadtreeModel::new(QuadtreeOptions {
+        bits,
+        product: true,
+        ..QuadtreeOptions::default()
+    })
+    .unwrap()
+}
+
+/// Receivers of all kinds.
+fn receiver(i: u32) -> ShadingPoint {
+    let mut rng = CounterRng::new(31, i, 0);
+    let normal = UniformSphere::sample(rng.next_2d());
+    let viewer = UniformSphere::sample(rng.next_2d());
+    let viewer = if viewer.dot(normal) < 0.0 { -viewer } else { viewer };
+    ShadingPoint {
+        gloss: Gloss {
+            viewer,
+            roughness: 0.1 + 0.5 * rng.next_f32(),
+            share: [0.0, 0.6, 1.0][i as usize % 3],
+        },
+        ..ShadingPoint::new(
+            Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()),
+            normal,
+            1.0,
+        )
+    }
+}
+
+/// Runs `check` with products of trees of this size and receivers.
+fn with_products(
+    bits: u32,
+    count: u32,
+    mut check: impl FnMut(u32, &QuadtreeProduct<'_>, &ShadingPoint) -> Result<(), String>,
+) -> Result<(), String> {
+    let model = product_model(bits);
+    let records = learnt(&model, &lobes(20_000, 3));
+    let mut table = vec![0; model.table_words()];
+    model.tabulate(&records, &mut table);
+    for i in 0..count {
+        let at = receiver(i);
+        let directions = model.directions_by_table(&records, &table, at.position);
+        let product = directions.times(&at).ok_or("no product")?;
+        check(i, &product, &at).map_err(|error| format!("{bits} bits, {i}: {error}"))?;
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy, Debug)]
+enum ProductFault {
+    /// The density is that of the tree.
+    TreeAlone,
+    /// The density is that for a diffuse receiver.
+    NoLobe,
+}
+
+struct FaultyProduct<'a, 'b>(
+    &'b QuadtreeProduct<'a>,
+    Option<(ProductFault, QuadtreeProduct<'a>)>,
+);
+
+impl DirectionDistribution for FaultyProduct<'_, '_> {
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        let (direction, _) = self.0.sample(u)?;
+        Some((direction, self.pdf(direction)))
+    }
+
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        match &self.1 {
+            None => self.0.pdf(direction),
+            Some((ProductFault::TreeAlone, _)) => self.0.seen().pdf(direction),
+            Some((ProductFault::NoLobe, other)) => other.pdf(direction),
+        }
+    }
+}
+
+/// Densities of products are those of their samples, at 10⁻⁶ for each of 18.
+#[test]
+fn products_sample_their_density() {
+    check_faults(&[ProductFault::TreeAlone, ProductFault::NoLobe], |fault| {
+        for bits in [32, 64, 128] {
+            with_products(bits, 6, |i, product, at| {
+                let diffuse = ShadingPoint {
+                    gloss: Gloss::default(),
+                    ..*at
+                };
+                let other = product.seen().times(&diffuse).ok_or("no product")?;
+                check_directions(
+                    &FaultyProduct(product, fault.map(|fault| (fault, other))),
+                    i.into(),
+                )
+            })?;
+        }
+        Ok::<_, String>(())
+    })
+    .unwrap();
+}
+
+/// The ratio is that of the densities.
+#[test]
+fn ratios_are_those_of_densities() {
+    with_products(64, 20, |_, product, _| {
+        for i in 0..2000 {
+            let direction = UniformSphere::sample(CounterRng::new(9, i, 0).next_2d());
+            let truth = product.pdf(direction).value() / product.seen().pdf(direction).value();
+            let ratio = product.ratio(direction);
+            if (ratio - truth.max(1.0 / 64.0)).abs() > 1e-4 * ratio {
+                return Err(format!("{ratio}, not {truth}"));
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+/// Light times the cosine: the product has at most three quarters of the tree's second moment, over
+/// receivers of all orientations. That of a receiver that faces away gains nothing.
+#[test]
+fn products_have_a_lower_second_moment() {
+    check_faults(&[()], |fault| {
+        let (mut with, mut without) = (0.0, 0.0);
+        let others = lobes(20_000, 4);
+        with_products(64, 30, |_, product, at| {
+            let turned = ShadingPoint {
+                normal: if fault.is_some() { -at.normal } else { at.normal },
+                gloss: Gloss::default(),
+                ..*at
+            };
+            let product = product.seen().times(&turned).ok_or("no product")?;
+            let moment = |pdf: &dyn Fn(Vec3) -> f32| -> f64 {
+                let term = |sample: &GuidingSample| {
+                    let f = f64::from(sample.weight * at.normal.dot(sample.direction).max(0.0));
+                    let cosine = f64::from(at.normal.dot(sample.direction).max(0.0)) / PI;
+                    f * f / (0.5 * cosine + 0.5 * f64::from(pdf(sample.direction))).max(1e-9)
+                };
+                others.iter().map(term).sum()
+            };
+            with += moment(&|direction| product.pdf(direction).value());
+            without += moment(&|direction| product.seen().pdf(direction).value());
+            Ok(())
+        })?;
+        println!("{with} with the product, {without} without");
+        match with < 0.75 * without {
+            true => Ok(()),
+            false => Err(format!("{with} and {without}")),
+        }
+    })
+    .unwrap();
 }

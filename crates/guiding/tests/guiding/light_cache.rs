@@ -6,8 +6,8 @@ use lightshed_guiding::{
     BucketRule, CacheUse, Exploration, ExplorationTable, ExplorationWeights, GuidingError, LightCache,
     LightCacheOptions, LightRecord, LightTreeCache, LightTreeCacheOptions,
 };
-use lightshed_lights::{Bounds, Light, LightSampler, OrientationCone, ShadingPoint};
-use lightshed_sampling::CounterRng;
+use lightshed_lights::{Bounds, Gloss, Light, LightSampler, OrientationCone, ShadingPoint};
+use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_testkit::{check_faults, chi_squared_test};
 
 /// Rooms of side 1 in a row, with lamps under a ceiling at height 0.9.
@@ -33,12 +33,20 @@ fn bounds() -> Bounds {
     Bounds::new(Vec3::ZERO, Vec3::new(ROOMS as f32, 1.0, 1.0))
 }
 
-/// A point of the floor, not at a wall.
+/// A point of the floor, not at a wall, that is glossy to those who look at it.
 fn floor(i: u32, seed: u64) -> ShadingPoint {
     let mut rng = CounterRng::new(seed, i, 0);
     let room = (rng.next_f32() * ROOMS as f32).floor();
     let place = Vec3::new(room + 0.02 + 0.96 * rng.next_f32(), 0.0, rng.next_f32());
-    ShadingPoint::new(place, Vec3::Y, 1.0)
+    let viewer = UniformSphere::sample(rng.next_2d());
+    ShadingPoint {
+        gloss: Gloss {
+            viewer: Vec3::new(viewer.x, viewer.y.abs(), viewer.z),
+            roughness: 0.6 * rng.next_f32(),
+            share: [0.0, 0.5, 1.0][i as usize % 3],
+        },
+        ..ShadingPoint::new(place, Vec3::Y, 1.0)
+    }
 }
 
 /// Lamps shine into their own room alone.
@@ -104,9 +112,14 @@ fn kinds() -> Vec<(&'static str, usize, LightCacheOptions)> {
         bucket: 8,
         ..single
     };
+    let lobes = LightCacheOptions {
+        lobes: true,
+        ..default
+    };
     vec![
         ("default", 4, default),
         ("default, many", 60, default),
+        ("lobes, many", 60, lobes),
         ("single lights", 12, single),
         ("small buckets", 40, fixed),
         ("thesis", 12, thesis),
@@ -163,10 +176,10 @@ fn probabilities_are_frequencies_and_add_up() {
     }
 }
 
-/// χ² with random numbers, at 10⁻⁷ for each of twelve tests.
+/// χ² with random numbers, at 10⁻⁷ for each of fifteen tests.
 #[test]
 fn random_numbers_choose_by_the_probabilities() {
-    for (name, each, options) in kinds().into_iter().take(4) {
+    for (name, each, options) in kinds().into_iter().take(5) {
         let lights = lamps(each);
         let cache = trained(&lights, options, 3);
         for i in 0..3 {

@@ -215,7 +215,9 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
             let vertex = SurfaceVertex::new(scene, ray, point);
             let unwanted = vertex.bsdf.is_diffuse() && !self.options.bsdf_samples_where_diffuse;
             let at = Lit {
-                site: self.sampler.site(|| vertex.shading_point()),
+                site: self
+                    .sampler
+                    .site(|| vertex.shading_point(self.sampler.uses_gloss())),
                 bsdf_samples: if unwanted { 0 } else { self.options.bsdf_samples },
                 vertex: &vertex,
             };

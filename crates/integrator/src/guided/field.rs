@@ -4,8 +4,8 @@ use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
     BinaryTree, FieldUpdate, FlightArrival, FlightEnd, Guidance, GuidingError, GuidingField, GuidingSample,
-    HashCells, HashCellsOptions, MarkovModel, PlaceDirections, PlaceModel, QuadtreeModel, SeenQuadtree,
-    Visit, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
+    HashCells, HashCellsOptions, MarkovModel, PlaceDirections, PlaceModel, QuadtreeModel, QuadtreeProduct,
+    SeenQuadtree, Visit, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -37,6 +37,8 @@ pub enum SceneField {
 pub enum FieldDirections<'a> {
     /// A quadtree of a few bits.
     Quadtree(SeenQuadtree<'a>),
+    /// The same times what a surface reflects.
+    Product(QuadtreeProduct<'a>),
     /// A quadtree with weights.
     SdTree(WeightedDirections<'a>),
     /// Lobes.
@@ -210,6 +212,7 @@ impl DirectionDistribution for FieldDirections<'_> {
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         match self {
             Self::Quadtree(directions) => directions.sample(u),
+            Self::Product(directions) => directions.sample(u),
             Self::SdTree(directions) => directions.sample(u),
             Self::Lobes(directions) => directions.sample(u),
             Self::Places(directions) => directions.sample(u),
@@ -220,6 +223,7 @@ impl DirectionDistribution for FieldDirections<'_> {
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
         match self {
             Self::Quadtree(directions) => directions.pdf(direction),
+            Self::Product(directions) => directions.pdf(direction),
             Self::SdTree(directions) => directions.pdf(direction),
             Self::Lobes(directions) => directions.pdf(direction),
             Self::Places(directions) => directions.pdf(direction),
@@ -231,11 +235,24 @@ impl DirectionGuide for SceneField {
     type Distribution<'g> = FieldDirections<'g>;
 
     #[inline(always)]
+    fn uses_reflection(&self) -> bool {
+        match self {
+            Self::Quadtree(field) => field.model().options().product,
+            _ => false,
+        }
+    }
+
+    #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(FieldDirections<'_>, f32)> {
         match self {
             Self::Quadtree(field) => {
                 let Guidance { directions, share } = field.at(vertex.position)?;
-                Some((FieldDirections::Quadtree(directions), share))
+                let product = vertex.lit.as_ref().and_then(|lit| directions.times(lit));
+                let directions = match product {
+                    Some(product) => FieldDirections::Product(product),
+                    None => FieldDirections::Quadtree(directions),
+                };
+                Some((directions, share))
             }
             Self::SdTree(field) => {
                 let Guidance { directions, share } = field.at(vertex.position)?;

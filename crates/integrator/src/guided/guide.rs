@@ -63,6 +63,11 @@ impl DirectionGuide for FieldGuide<'_> {
         Self: 'g;
 
     #[inline(always)]
+    fn uses_reflection(&self) -> bool {
+        self.field.uses_reflection()
+    }
+
+    #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(FieldDirections<'_>, f32)> {
         if self.is_idle {
             return None;

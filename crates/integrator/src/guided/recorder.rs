@@ -1,6 +1,6 @@
 //! Paths as samples for a field.
 
-use super::field::SceneField;
+use super::field::{FieldDirections, SceneField};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use crate::path::observer::{ObservedPath, PathDirection, PathObserver, PathVertex};
 use lightshed_film::SampleId;
@@ -76,15 +76,33 @@ impl<'f> FieldRecorder<'f> {
 }
 
 impl FieldRecorder<'_> {
-    /// Whether the field samples the direction in which a path goes on at least as often as the
-    /// BSDF.
-    fn knows(&self, vertex: &PathVertex, onward: &PathDirection) -> bool {
-        let seen = GuidedVertex {
+    /// A vertex as the field sees it.
+    fn seen(&self, vertex: &PathVertex) -> GuidedVertex {
+        let reflects = vertex.normal.is_some() && self.field.uses_reflection();
+        GuidedVertex {
             position: vertex.position,
             normal: vertex.normal,
             outgoing: -vertex.incoming,
-        };
-        let known = self.field.guide(&seen);
+            lit: reflects.then_some(vertex.lit),
+        }
+    }
+
+    /// The factor of densities in the measure in which the field learns: where it samples products
+    /// with what surfaces reflect, their part is left out.
+    fn measure(&self, vertex: &PathVertex, direction: Vec3) -> f32 {
+        if !self.field.uses_reflection() {
+            return 1.0;
+        }
+        match self.field.guide(&self.seen(vertex)) {
+            Some((FieldDirections::Product(product), _)) => 1.0 / product.ratio(direction),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether the field samples the direction in which a path goes on at least as often as the
+    /// BSDF.
+    fn knows(&self, vertex: &PathVertex, onward: &PathDirection) -> bool {
+        let known = self.field.guide(&self.seen(vertex));
         known.is_some_and(|(directions, _)| {
             directions.pdf(onward.direction).value() >= onward.scattering_pdf.value()
         })
@@ -188,13 +206,14 @@ impl PathObserver for FieldRecorder<'_> {
             };
             let next = path.vertices.get(index + 1);
             let next = next.map(|next| next.position).or_else(hit);
+            let measure = self.measure(vertex, onward.direction);
             samples[count] = GuidingSample {
                 position: vertex.position,
                 direction: onward.direction,
                 distance: next.map_or(f32::INFINITY, |next| next.distance(vertex.position)),
                 weight: luminance(scattered),
-                pdf: onward.pdf,
-                scattering_pdf: onward.scattering_pdf,
+                pdf: onward.pdf * measure,
+                scattering_pdf: onward.scattering_pdf * measure,
             };
             count += 1;
             if count == TOGETHER {

@@ -4,6 +4,7 @@
 use super::guide::{DirectionGuide, GuidedVertex, usable_share};
 use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::diffuse_shading_point;
 use lightshed_lanes::{LANES, LaneKernel, Lanes};
 use lightshed_sampling::DirectionDistribution;
 use lightshed_scene::Rgb;
@@ -102,14 +103,26 @@ impl<S: EmitterSampler, G: DirectionGuide> LaneKernel for Ask<'_, '_, S, G> {
             survival: [1.0; LANES],
             judged: 0,
         };
+        let reflects = self.transport.guide.uses_reflection();
         let mut left = self.wanted;
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
+            let [position, normal, outgoing] =
+                [&questions.position, &questions.normal, &questions.outgoing].map(|rows| vector(rows, lane));
+            let lit = || {
+                let facing = if normal.dot(outgoing) < 0.0 {
+                    -normal
+                } else {
+                    normal
+                };
+                diffuse_shading_point(position, facing, Rgb::ONE)
+            };
             let vertex = GuidedVertex {
-                position: vector(&questions.position, lane),
-                normal: Some(vector(&questions.normal, lane)),
-                outgoing: vector(&questions.outgoing, lane),
+                position,
+                normal: Some(normal),
+                outgoing,
+                lit: reflects.then(lit),
             };
             let throughput: Rgb = vector(&questions.throughput, lane);
             if let Some(survival) = self.transport.survival(|| vertex, throughput, questions.depth) {

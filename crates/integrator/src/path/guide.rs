@@ -1,6 +1,7 @@
 //! Guides: directions besides those of the BSDF or phase function.
 
 use lightshed_guiding::FlightEnd;
+use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
@@ -15,6 +16,8 @@ pub struct GuidedVertex {
     pub normal: Option<Vec3>,
     /// Unit direction towards the previous vertex.
     pub outgoing: Vec3,
+    /// What the surface reflects; `None` in a medium, and for guides that do not ask for it.
+    pub lit: Option<ShadingPoint>,
 }
 
 /// Proposes directions from which light is likely to come.
@@ -34,6 +37,12 @@ pub trait DirectionGuide: Sync {
     type Distribution<'g>: DirectionDistribution
     where
         Self: 'g;
+
+    /// Whether it reads what surfaces reflect. If not, callers need not look for it.
+    #[inline(always)]
+    fn uses_reflection(&self) -> bool {
+        false
+    }
 
     /// The directions from which light comes to a vertex, and the share `α` of them; `None` leaves
     /// all to the BSDF. `α` is clamped to 0 to [`MAX_GUIDE_SHARE`]; NaN counts as 0. A pure
@@ -112,6 +121,11 @@ impl<G: DirectionGuide> DirectionGuide for &G {
         = G::Distribution<'g>
     where
         Self: 'g;
+
+    #[inline(always)]
+    fn uses_reflection(&self) -> bool {
+        G::uses_reflection(self)
+    }
 
     #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(G::Distribution<'_>, f32)> {

@@ -2,7 +2,7 @@
 //! guide.
 
 use super::guide::{DirectionGuide, GuidedVertex, usable_share};
-use crate::light_selection::shading_point;
+use crate::light_selection::{glossy_shading_point, shading_point};
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -16,9 +16,10 @@ pub(crate) trait Vertex {
     const HAS_LOBES: bool;
 
     fn position(&self) -> Vec3;
-    /// In the form that the selection of emitters uses.
-    fn shading_point(&self) -> ShadingPoint;
-    fn guided(&self) -> GuidedVertex;
+    /// In the form that the selection of emitters uses, with its gloss if that is asked for.
+    fn shading_point(&self, with_gloss: bool) -> ShadingPoint;
+    /// As a guide sees it, with what it reflects if that is asked for.
+    fn guided(&self, with_reflection: bool) -> GuidedVertex;
     /// Whether there is a lobe that has a width.
     fn has_non_delta(&self) -> bool;
     /// Value and density of the lobes that have a width.
@@ -101,16 +102,20 @@ impl Vertex for SurfaceVertex {
     }
 
     #[inline(always)]
-    fn shading_point(&self) -> ShadingPoint {
-        shading_point(&self.point, &self.bsdf, self.wo)
+    fn shading_point(&self, with_gloss: bool) -> ShadingPoint {
+        match with_gloss {
+            true => glossy_shading_point(&self.point, &self.bsdf, self.wo),
+            false => shading_point(&self.point, &self.bsdf, self.wo),
+        }
     }
 
     #[inline(always)]
-    fn guided(&self) -> GuidedVertex {
+    fn guided(&self, with_reflection: bool) -> GuidedVertex {
         GuidedVertex {
             position: self.point.position,
             normal: Some(self.point.shading.normal),
             outgoing: self.outgoing,
+            lit: with_reflection.then(|| self.shading_point(true)),
         }
     }
 
@@ -171,16 +176,17 @@ impl Vertex for MediumVertex<'_> {
     }
 
     #[inline(always)]
-    fn shading_point(&self) -> ShadingPoint {
+    fn shading_point(&self, _with_gloss: bool) -> ShadingPoint {
         ShadingPoint::without_normal(self.position)
     }
 
     #[inline(always)]
-    fn guided(&self) -> GuidedVertex {
+    fn guided(&self, _with_reflection: bool) -> GuidedVertex {
         GuidedVertex {
             position: self.position,
             normal: None,
             outgoing: -self.incoming,
+            lit: None,
         }
     }
 
@@ -234,7 +240,7 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
         if !G::IS_ACTIVE || cfg!(lightshed_without = "guide") || !vertex.has_non_delta() {
             return Self { vertex, guide: None };
         }
-        let guide = guide.guide(&vertex.guided());
+        let guide = guide.guide(&vertex.guided(guide.uses_reflection()));
         Self {
             vertex,
             guide: guide.and_then(|(directions, share)| Some((directions, usable_share(share)?))),

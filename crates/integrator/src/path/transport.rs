@@ -206,7 +206,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
     /// Data of a vertex for the selection of emitters.
     #[inline(always)]
     pub fn site(&self, vertex: &impl Vertex) -> S::Site {
-        self.sampler.site(|| vertex.shading_point())
+        self.sampler
+            .site(|| vertex.shading_point(self.sampler.uses_gloss()))
     }
 
     /// One sample of the light that reaches a vertex from the emitters and is scattered along the
@@ -261,7 +262,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         let mut survival = 1.0;
         let by_guide = match sample.is_delta {
             true => None,
-            false => self.survival(|| at.vertex.guided(), before, depth),
+            false => self.survival(|| at.vertex.guided(false), before, depth),
         };
         if by_guide.is_some() || depth >= self.roulette_depth {
             survival = by_guide
@@ -347,7 +348,7 @@ pub(crate) fn path_vertex<K>(
     light: Option<&EmitterLight>,
     onward: Option<Onward>,
 ) -> PathVertex {
-    let guided = vertex.guided();
+    let guided = vertex.guided(false);
     let onward = onward.zip(path.bounce.as_ref());
     PathVertex {
         depth,
@@ -355,7 +356,7 @@ pub(crate) fn path_vertex<K>(
         normal: guided.normal,
         incoming: -guided.outgoing,
         throughput: before,
-        lit: vertex.shading_point(),
+        lit: vertex.shading_point(true),
         emitter: light.map(|light| light.sampled),
         emitter_index: light.map(|light| light.emitter),
         onward: onward.map(|(onward, bounce)| PathDirection {

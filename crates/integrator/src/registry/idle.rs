@@ -3,7 +3,7 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_FACETS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP,
-    GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_SCATTER, GUIDE_STATES,
+    GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER, GUIDE_STATES,
     GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP,
     WORLD_CELLS, WORLD_READS,
 };
@@ -24,7 +24,11 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             guided,
             "without --guide",
         ),
-        (&[&GUIDE_BITS], guide(&["cdq"]), "without --guide cdq"),
+        (
+            &[&GUIDE_BITS, &GUIDE_PRODUCT],
+            guide(&["cdq"]),
+            "without --guide cdq",
+        ),
         (
             &[&GUIDE_STATES],
             guide(&["mcmm", "mcmm-grid"]),

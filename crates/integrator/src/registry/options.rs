@@ -81,6 +81,12 @@ pub const GUIDE_MEMORY: MethodOption = MethodOption::new(
     "Memory of the cells of --guide mcmm-grid in MiB; cells are as many as fit, by a power of two",
 );
 
+/// Whether quadtrees are multiplied by what surfaces reflect.
+pub const GUIDE_PRODUCT: MethodOption = MethodOption::switch(
+    "guide-product",
+    "Multiply the directions of --guide cdq, of at most 128 bits, by what a surface reflects",
+);
+
 /// Frames that train a guide.
 pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
     "guide-training",
@@ -557,6 +563,7 @@ impl MethodValues {
         options.states = self.get(&GUIDE_STATES).unwrap_or(options.states);
         let bytes = |size: f64| (size * f64::from(1 << 20)) as usize;
         options.memory = self.get(&GUIDE_MEMORY).map_or(options.memory, bytes);
+        options.quadtree.product = self.is_on(&GUIDE_PRODUCT);
         options.training = self.guide_training_given().unwrap_or(options.training);
         if self.is_on(&GUIDE_ALWAYS) {
             (options.every_frame, options.may_drop) = (true, false);

@@ -73,6 +73,10 @@ impl DirectionGuide for Faulty<'_> {
     where
         Self: 'g;
 
+    fn uses_reflection(&self) -> bool {
+        self.0.uses_reflection()
+    }
+
     fn guide(&self, vertex: &GuidedVertex) -> Option<(FaultyDirections<'_>, f32)> {
         let (own, share) = self.0.guide(vertex)?;
         let elsewhere = GuidedVertex {
@@ -117,14 +121,15 @@ fn trained_fields_do_not_change_the_mean() {
         let scene = sized(description);
         let tracer = || PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(4), 3);
         let plain = mean(&tracer(), samples, 1);
-        for kind in GuideKind::ALL {
-            let mut training = guided(
-                &scene,
-                GuidedPathsOptions {
-                    samples: 32,
-                    ..options(kind)
-                },
-            );
+        let kinds = GuideKind::ALL.map(|kind| (kind, false));
+        // Quadtrees alone, and times what surfaces reflect.
+        for (kind, product) in kinds.into_iter().chain([(GuideKind::Quadtree, true)]) {
+            let mut options = GuidedPathsOptions {
+                samples: 32,
+                ..options(kind)
+            };
+            options.quadtree.product = product;
+            let mut training = guided(&scene, options);
             image_mean(&mut training, 16, 7);
             let field = training.field();
             assert!(
@@ -139,7 +144,7 @@ fn trained_fields_do_not_change_the_mean() {
             check_faults(faults, |fault| {
                 let guided = mean(&tracer().with_guide(Faulty(field, fault)), samples, 2);
                 println!(
-                    "{name}, {kind:?}, {fault:?}: {} against {}",
+                    "{name}, {kind:?}, product {product}, {fault:?}: {} against {}",
                     guided.mean(),
                     plain.mean()
                 );
@@ -354,11 +359,14 @@ fn combined_frames_are_unbiased() {
 #[test]
 fn frames_do_not_depend_on_threads() {
     let scene = sized(builtin::cornell_glossy());
-    for kind in GuideKind::ALL {
+    let kinds = GuideKind::ALL.map(|kind| (kind, false));
+    for (kind, product) in kinds.into_iter().chain([(GuideKind::Quadtree, true)]) {
         let rendered = |threads| {
             let mut render = RenderOptions::new(12, 12, Budget::Samples(6));
             (render.threads, render.seed) = (threads, 5);
-            let mut method = guided(&scene, options(kind));
+            let mut options = options(kind);
+            options.quadtree.product = product;
+            let mut method = guided(&scene, options);
             let outcome = render_frames(&mut method, &render, &|_| (), &AtomicBool::new(false)).unwrap();
             outcome.film.mean_image()
         };

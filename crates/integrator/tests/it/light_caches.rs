@@ -8,7 +8,9 @@ use lightshed_integrator::{
 };
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
+use lightshed_scene::{
+    FloatTexture, Material, Microfacet, Rgb, Roughness, Scene, SceneDescription, builtin, luminance,
+};
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::atomic::AtomicBool;
 
@@ -72,6 +74,44 @@ fn caches_do_not_change_the_mean() {
             Ok::<_, String>(())
         })
         .unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+}
+
+/// z-tests at 10⁻⁶ of caches that know lobes, where all surfaces are glossy and most lamps hidden.
+/// 20 % less light is found.
+#[test]
+fn lobes_do_not_change_the_mean() {
+    for alpha in [0.05, 0.3] {
+        let mut description = sized("warehouse");
+        for material in &mut description.materials {
+            let roughness = Some(Roughness {
+                distribution: Microfacet::Ggx,
+                alpha_u: FloatTexture::Constant(alpha),
+                alpha_v: FloatTexture::Constant(alpha),
+            });
+            *material = Material::TwoSided {
+                front: Box::new(Material::Plastic {
+                    eta: 1.8,
+                    diffuse_reflectance: Rgb::splat(0.3).into(),
+                    specular_reflectance: Rgb::ONE.into(),
+                    nonlinear: false,
+                    roughness,
+                }),
+                back: None,
+            };
+        }
+        let scene = Scene::new(&description).unwrap();
+        let trained = LightSelection::trained(&scene, LightChoosing::VlcLobes).unwrap();
+        let by_tree = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
+        let plain = PathTracer::new(&scene, &by_tree).with_depths(Some(3), 3);
+        let plain = mean(&plain, 1500, 1, 1.0);
+        check_faults(&[0.8], |fault| {
+            let tracer = PathTracer::new(&scene, &trained).with_depths(Some(3), 3);
+            let found = mean(&tracer, 1500, 2, fault.unwrap_or(1.0));
+            println!("{alpha}: {} against {}", found.mean(), plain.mean());
+            found.test_equal(&plain, 1e-6).map_err(|error| error.to_string())
+        })
+        .unwrap_or_else(|error| panic!("{alpha}: {error}"));
     }
 }
 
