@@ -78,6 +78,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         images: &contested.images,
         checkpoints: &contested.checkpoints,
         chains: &[],
+        motion: None,
+        without_emitters: &[],
     };
     let page = std::env::temp_dir().join("lightshed-user.html");
     std::fs::write(

@@ -75,7 +75,9 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
 pub use plot::{Axis, Plot};
 pub use reference::Reference;
-pub use report::{ReportChain, ReportScene, html_report, html_report_so_far};
+pub use report::{
+    FrameErrors, ReportChain, ReportMotion, ReportScene, ReportSequence, html_report, html_report_so_far,
+};
 pub use single::SingleFrames;
 pub use summary::{MetricStanding, Standing};
 pub use svgf::{PixelGuide, Svgf, SvgfOptions};

@@ -121,16 +121,102 @@ impl Reference {
     pub fn errors(&self, image: &RgbImage) -> Result<Errors, EvaluateError> {
         let mut sums = [0.0; 3];
         for (index, (x, &truth)) in self.luminances(image)?.into_iter().zip(&self.truth).enumerate() {
-            let squared = match &self.uncertainty {
-                Uncertainty::Unknown => (x - truth).powi(2),
-                Uncertainty::Halves([a, b]) => (x - a[index]) * (x - b[index]),
-            };
+            let squared = self.squared(index, x);
             sums[0] += squared;
             sums[1] += squared / (truth * truth + self.floor * self.floor);
             sums[2] += (x - truth).abs() / (truth.max(0.0) + self.floor);
         }
         let [mse, rel_mse, mape] = sums.map(|sum| sum / self.truth.len() as f64);
         Ok(Errors { mse, rel_mse, mape })
+    }
+
+    /// Mean squared error over the pixels that `keep` says; `None` if it says none. Noise is
+    /// treated as in [`errors`](Self::errors).
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`], also where `keep` has another number of pixels.
+    pub fn mse_where(&self, image: &RgbImage, keep: &[bool]) -> Result<Option<f64>, EvaluateError> {
+        let values = self.luminances(image)?;
+        if keep.len() != values.len() {
+            return Err(EvaluateError::Size {
+                image: [keep.len() as u32, 1],
+                reference: self.size(),
+            });
+        }
+        let kept = values.iter().enumerate().filter(|(index, _)| keep[*index]);
+        let (sum, count) = kept.fold((0.0, 0.0), |(sum, count), (index, &x)| {
+            (sum + self.squared(index, x), count + 1.0)
+        });
+        Ok((count > 0.0).then(|| sum / count))
+    }
+
+    /// Mean squared error of the change from one frame to the next, `⟨((y − x) − (ν − μ))²⟩`, with
+    /// `x` and `μ` the image and the reference (`before`) of one, `y` and `ν` those of the other:
+    /// what flickers.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`].
+    pub fn change_error(&self, before: &Self, [x, y]: [&RgbImage; 2]) -> Result<f64, EvaluateError> {
+        let (x, y) = (before.luminances(x)?, self.luminances(y)?);
+        if before.size() != self.size() {
+            return Err(EvaluateError::Size {
+                image: before.size(),
+                reference: self.size(),
+            });
+        }
+        let squared = |index: usize| {
+            let change = y[index] - x[index];
+            match (&self.uncertainty, &before.uncertainty) {
+                (Uncertainty::Halves([a, b]), Uncertainty::Halves([c, d])) => {
+                    (change - (a[index] - c[index])) * (change - (b[index] - d[index]))
+                }
+                _ => (change - (self.truth[index] - before.truth[index])).powi(2),
+            }
+        };
+        Ok((0..y.len()).map(squared).sum::<f64>() / y.len() as f64)
+    }
+
+    /// Covariance of two frames of the same view, `⟨(x − μ)(y − μ)⟩`: 0 on average for independent
+    /// frames without bias, below 0 where random numbers are stratified over the frames, and the
+    /// variance for the same frame twice. Unlike
+    /// [`autocovariance`](crate::TemporalStudy::autocovariance) it is about the truth, so it is not
+    /// too low for frames that hang together for long; a bias adds its square.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`].
+    pub fn covariance(&self, [x, y]: [&RgbImage; 2]) -> Result<f64, EvaluateError> {
+        let (x, y) = (self.luminances(x)?, self.luminances(y)?);
+        let product = |index: usize| {
+            let (x, y) = (x[index], y[index]);
+            match &self.uncertainty {
+                Uncertainty::Unknown => (x - self.truth[index]) * (y - self.truth[index]),
+                Uncertainty::Halves([a, b]) => {
+                    let (a, b) = (a[index], b[index]);
+                    0.5 * ((x - a) * (y - b) + (x - b) * (y - a))
+                }
+            }
+        };
+        Ok((0..y.len()).map(product).sum::<f64>() / y.len() as f64)
+    }
+
+    /// The squared error that the reference itself has, if it is known: a quarter of the mean
+    /// squared difference of its halves.
+    pub fn noise(&self) -> Option<f64> {
+        match &self.uncertainty {
+            Uncertainty::Unknown => None,
+            Uncertainty::Halves([a, b]) => {
+                let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+                Some(0.25 * sum / a.len() as f64)
+            }
+        }
+    }
+
+    /// `(x − μ)²` of a pixel, without the noise of a reference of halves on average.
+    fn squared(&self, index: usize, x: f64) -> f64 {
+        match &self.uncertainty {
+            Uncertainty::Unknown => (x - self.truth[index]).powi(2),
+            Uncertainty::Halves([a, b]) => (x - a[index]) * (x - b[index]),
+        }
     }
 
     /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the
@@ -210,6 +296,46 @@ mod tests {
             Reference::of_halves([image(&[1.0]), image(&[1.0, 1.0])]),
             Err(EvaluateError::Size { .. })
         ));
+    }
+
+    #[test]
+    fn errors_of_some_pixels_and_of_changes() {
+        let halves = |values: [[f32; 3]; 2]| Reference::of_halves(values.map(|half| image(&half))).unwrap();
+        let (first, second) = (
+            halves([[1.0, 3.0, 2.0], [1.0, 3.0, 4.0]]),
+            halves([[2.0, 3.0, 2.0], [2.0, 3.0, 2.0]]),
+        );
+        let x = image(&[1.5, 3.0, 4.0]);
+        let close =
+            |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        close(first.mse_where(&x, &[true, true, false]).unwrap().unwrap(), 0.125);
+        close(first.mse_where(&x, &[false, false, true]).unwrap().unwrap(), 0.0);
+        assert_eq!(first.mse_where(&x, &[false; 3]).unwrap(), None);
+        assert!(first.mse_where(&x, &[true; 2]).is_err());
+        close(first.noise().unwrap(), 0.25 * 4.0 / 3.0);
+        assert_eq!(Reference::stored(x.clone()).unwrap().noise(), None);
+        // (x − a)(y − b) and the other way round; the variance where x is y.
+        let y = image(&[0.5, 4.0, 3.0]);
+        close(
+            first.covariance([&x, &y]).unwrap(),
+            (-0.25 + 0.0 - 0.5 * 2.0 * 1.0) / 3.0,
+        );
+        close(first.covariance([&x, &x]).unwrap(), first.errors(&x).unwrap().mse);
+        close(second.covariance([&y, &y]).unwrap(), (2.25 + 1.0 + 1.0) / 3.0);
+        // A constant error does not flicker; one in a single frame does.
+        let y = image(&[2.5, 3.0, 3.0]);
+        close(
+            second.change_error(&first, [&x, &y]).unwrap(),
+            (0.0 + 0.0 - 1.0) / 3.0,
+        );
+        let y = image(&[3.5, 3.0, 3.0]);
+        close(
+            second.change_error(&first, [&x, &y]).unwrap(),
+            (1.0 + 0.0 - 1.0) / 3.0,
+        );
+        let stored = |values: [f32; 3]| Reference::stored(image(&values)).unwrap();
+        let (first, second) = (stored([1.0, 3.0, 3.0]), stored([2.0, 3.0, 2.0]));
+        close(second.change_error(&first, [&x, &y]).unwrap(), 1.0 / 3.0);
     }
 
     #[derive(Clone, Copy, Debug)]

@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod browser;
+mod motion;
 mod page;
 mod picture;
 mod pixels;
@@ -11,6 +12,7 @@ use crate::{
     Autocorrelation, Checkpoint, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing,
 };
 use lightshed_film::RgbImage;
+pub use motion::{FrameErrors, ReportMotion, ReportSequence};
 use page::{escape, figure, view};
 use picture::{error_colours, png_data};
 use pixels::pixel_plot;
@@ -33,6 +35,11 @@ pub struct ReportScene<'a> {
     pub checkpoints: &'a [Vec<Checkpoint>],
     /// Methods whose frames depend on those before.
     pub chains: &'a [ReportChain],
+    /// Frames of a moving camera, if they were looked at.
+    pub motion: Option<&'a ReportMotion>,
+    /// The pixels in which no emitter is in view, for errors without those that see one; empty if
+    /// that is not known.
+    pub without_emitters: &'a [bool],
 }
 
 /// What the page shows of a chain of frames.
@@ -112,7 +119,7 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
         escape(&scene.description)
     );
     let standings = record.standings();
-    table(body, record, &standings);
+    table(body, scene, &standings)?;
     let _ = writeln!(body, "<p><b>{}</b></p>", escape(&record.advice()));
     let exposure = exposure_of(scene.reference.image());
     let truth = png_data(scene.reference.image(), exposure)?;
@@ -151,6 +158,9 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     body.push_str("</div>\n");
     if !scene.chains.is_empty() {
         chains(body, scene)?;
+    }
+    if let Some(frames) = scene.motion {
+        motion::motion(body, frames, exposure)?;
     }
     body.push_str("</section>\n");
     Ok(())
@@ -198,8 +208,32 @@ fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateErro
     Ok(())
 }
 
+/// Share of an error that the noise of a reference may be.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Marks an error of which the reference's own noise is more than a tenth.
+fn reference_mark(noise: Option<f64>, mse: Option<f64>) -> &'static str {
+    match (noise, mse) {
+        (Some(noise), Some(mse)) if noise > LEAST_SHARE * mse => "†",
+        _ => "",
+    }
+}
+
+const MARK_NOTE: &str = " † The reference's own squared error is more than a tenth of this one. It is subtracted on average, \
+                         but adds noise.";
+
 /// The methods, the fastest by the first metric first; headings sort by their column.
-fn table(body: &mut String, record: &Record, standings: &[Standing]) {
+fn table(body: &mut String, scene: &ReportScene<'_>, standings: &[Standing]) -> Result<(), EvaluateError> {
+    let record = scene.record;
+    let noise = scene.reference.noise();
+    let mut unlit: Vec<Option<f64>> = Vec::new();
+    if !scene.without_emitters.is_empty() {
+        for image in scene.images {
+            unlit.push(scene.reference.mse_where(image, scene.without_emitters)?);
+        }
+    }
+    let has_unlit = unlit.iter().any(Option::is_some);
+    let mut marked = false;
     let heading = |name: &str, sign: i32| format!("<th><button data-sign=\"{sign}\">{name}</button></th>");
     let _ = write!(
         body,
@@ -207,7 +241,11 @@ fn table(body: &mut String, record: &Record, standings: &[Standing]) {
         Metric::ALL
             .map(|m| heading(&format!("as fast, {}", m.name()), -1) + &heading(m.name(), 1))
             .concat(),
-        heading("frames", -1),
+        if has_unlit {
+            heading("MSE, no emitter", 1)
+        } else {
+            String::new()
+        } + &heading("frames", -1),
     );
     let cell = |value: Option<f64>, text: Option<&str>| {
         let value = value.map_or(String::new(), |value| format!("{value:e}"));
@@ -220,7 +258,19 @@ fn table(body: &mut String, record: &Record, standings: &[Standing]) {
             let text = by_metric.speedup.map(|s| interval_text(&s) + mark);
             body.push_str(&cell(by_metric.speedup.map(|s| s.mid), text.as_deref()));
             let error = by_metric.error.map(|e| e.mid);
-            body.push_str(&cell(error, error.map(|e| format!("{e:.3e}")).as_deref()));
+            let is_mse = by_metric.metric == Metric::Mse;
+            let mark = reference_mark(noise.filter(|_| is_mse), error);
+            marked |= !mark.is_empty();
+            body.push_str(&cell(error, error.map(|e| format!("{e:.3e}{mark}")).as_deref()));
+        }
+        if has_unlit {
+            let place = record.names.iter().position(|name| *name == standing.name);
+            let own = place.and_then(|place| unlit[place]);
+            let text = own.map(|own| match unlit[0] {
+                Some(base) if own > 0.0 && base > 0.0 => format!("{own:.3e} ({:.2}×)", base / own),
+                _ => format!("{own:.3e}"),
+            });
+            body.push_str(&cell(own, text.as_deref()));
         }
         let frames = format!("{:.0}", standing.frames);
         body.push_str(&cell(Some(standing.frames), Some(&frames)));
@@ -230,13 +280,23 @@ fn table(body: &mut String, record: &Record, standings: &[Standing]) {
         body,
         "</tbody></table></div>\n<p class=\"small\">After {} processor seconds for each method, {} × {} pixels, {} repeats. \
          “As fast”: how many times the baseline ({}) would need that time for the same error, with 95 % intervals; * where \
-         the baseline's curve had to be continued.</p>\n",
+         the baseline's curve had to be continued.{}{}{}</p>\n",
         record.options.seconds,
         record.size[0],
         record.size[1],
         record.repeats.len(),
         escape(&record.names[0]),
+        if has_unlit {
+            " “No emitter”: the last repeat's image, over pixels that see none, and the baseline's error over it."
+        } else {
+            ""
+        },
+        noise.map_or(String::new(), |noise| format!(
+            " The reference's own squared error is {noise:.1e}."
+        )),
+        if marked { MARK_NOTE } else { "" },
     );
+    Ok(())
 }
 
 /// By the speed-up of the first metric; methods without one come last.
@@ -317,8 +377,34 @@ mod tests {
                 by_lag: vec![1.0, 0.5],
                 time: 2.0,
             },
-            slice: image,
+            slice: image.clone(),
         }];
+        let sequence = |name: &str, mse: f64| ReportSequence {
+            name: name.to_owned(),
+            samples: 3,
+            seconds: 0.1,
+            errors: [mse, 0.1 * mse].map(|mse| FrameErrors {
+                mse,
+                rel_mse: mse,
+                change: 2.0 * mse,
+                young: Some(3.0 * mse),
+                flip: None,
+            }),
+            covariance: vec![(1, 0.5), (8, 0.0039)],
+            frames: [0.2, 0.1].map(|step| {
+                (0..10)
+                    .map(|frame| RgbImage::from_fn(4, 4, |x, _| [step * (x + frame) as f32; 3]).unwrap())
+                    .collect()
+            }),
+        };
+        let motion = ReportMotion {
+            about: "It moves <there>.".to_owned(),
+            seconds: 0.1,
+            noise: Some(0.02),
+            young: 0.125,
+            sequences: vec![sequence("path", 1.0), sequence("chain", 0.5)],
+        };
+        let without_emitters: Vec<bool> = (0..16).map(|pixel| pixel % 3 > 0).collect();
         show(ReportScene {
             title: "a <scene>".into(),
             description: "two & two".into(),
@@ -327,6 +413,8 @@ mod tests {
             images: &images,
             checkpoints: &checkpoints,
             chains: &chains,
+            motion: Some(&motion),
+            without_emitters: &without_emitters,
         })
     }
 
@@ -355,11 +443,29 @@ mod tests {
         );
         let running = with_scene(|scene| html_report_so_far("Title", "", "", 0.25, &[scene]).unwrap());
         assert!(running.contains("data-watch=\"5\"") && running.contains("25 % done"));
-        assert_eq!(html.matches("type=\"range\"").count(), 2);
+        assert_eq!(html.matches("type=\"range\"").count(), 3, "two pairs, one player");
         assert!(
             html.contains("3.66") || html.contains("3.6"),
             "the speed-up is shown"
         );
+        // Frames of a moving camera: a strip and a slice of each method, raw and filtered.
+        assert!(html.contains("It moves &lt;there&gt;."));
+        assert_eq!(html.matches("class=\"strip\"").count(), 4);
+        // The least is bold; noise of 0.02 is much beside 0.1 and 0.05, but not beside 0.5.
+        for cell in ["<b>5.00e-1</b></td>", "1.00e-1†</td>", "<b>5.00e-2</b>†</td>"] {
+            assert!(html.contains(cell), "{cell}");
+        }
+        assert!(html.contains("12.5 % of pixels") && html.contains("<td>5.0e-1</td><td>3.9e-3</td>"));
+        assert!(html.contains("MSE, no emitter"));
+        let unknown = with_scene(|scene| {
+            let scene = ReportScene {
+                without_emitters: &[],
+                motion: None,
+                ..scene
+            };
+            html_report("Title", "", "", &[scene]).unwrap()
+        });
+        assert!(!unknown.contains("no emitter") && !unknown.contains("class=\"strip\""));
         // Under each picture, and for those who cannot see it.
         assert_eq!(
             html.matches("ꟻLIP 0.000").count(),

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use lightshed::film::ShardPart;
-use lightshed::integrator::{MethodError, MethodRequest};
+use lightshed::integrator::{Method, MethodError, MethodRequest};
 use lightshed_evaluate::TevViewer;
 use std::path::PathBuf;
 
@@ -31,9 +31,29 @@ pub struct Arguments {
     /// OpenEXR image to compare with, of that size; path-traced if not given.
     #[arg(long, requires = "scene")]
     pub reference: Option<PathBuf>,
-    /// Samples a pixel of a path-traced reference.
-    #[arg(long, default_value_t = 2048, value_parser = clap::value_parser!(u32).range(2..))]
-    pub reference_spp: u32,
+    /// Samples a pixel of references; if not given, as many as bring their noise below a tenth of
+    /// the least error.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
+    pub reference_spp: Option<u32>,
+    /// Samples a pixel beyond which references do not grow.
+    #[arg(long, default_value_t = 16_384, conflicts_with = "reference_spp")]
+    pub reference_limit: u32,
+    /// Method of references; if not given, path tracing, by a tree of lights where there are many.
+    #[arg(long)]
+    pub reference_method: Option<Method>,
+    /// Folder that keeps references for later runs.
+    #[arg(long, default_value = "target/references")]
+    pub references: PathBuf,
+    /// Frames of a moving camera; 0 for none.
+    #[arg(long, default_value_t = 16, value_parser = frames)]
+    pub frames: u32,
+    /// Processor seconds of such a frame; those of the dearest method that chains frames if not
+    /// given.
+    #[arg(long, value_parser = seconds)]
+    pub frame_seconds: Option<f64>,
+    /// Share of the scene's size by which the camera moves to the right from frame to frame.
+    #[arg(long = "move", value_name = "SHARE", default_value_t = 0.005)]
+    pub moves: f32,
     /// Other seeds, other noise.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -74,4 +94,19 @@ fn part(text: &str) -> Result<ShardPart, String> {
 
 fn method(text: &str) -> Result<MethodRequest, String> {
     text.parse().map_err(|error: MethodError| error.to_string())
+}
+
+fn frames(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(1) => Err("a sequence has two frames at least".to_owned()),
+        Ok(frames) => Ok(frames),
+        Err(_) => Err("not a number of frames".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
+        _ => Err("not a positive time".to_owned()),
+    }
 }

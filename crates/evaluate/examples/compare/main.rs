@@ -4,16 +4,22 @@
 //! cargo run --release --example compare
 //! ```
 //!
-//! takes a few minutes on two cores and writes `target/compare/report.html`. With `--scene`,
-//! `--methods`, `--seconds` and `--reference` it compares what you like; the first method is the
-//! baseline. Ctrl-C keeps what is complete, and the same command goes on from there with
-//! `--resume`. `--watch` writes the page every few seconds while it runs, `--tev` shows the images
-//! in that viewer. `--shard 2/8` measures an eighth of the repeats, on any machine. `--join` puts
-//! together what all parts have left in the output folder.
+//! takes some minutes on two cores and writes `target/compare/report.html`: stills of methods at
+//! equal time, and frames of a moving camera, raw and filtered. References grow until their noise
+//! is below a tenth of the least error, and are kept in `target/references` for the next time.
+//! With `--scene`, `--methods`, `--seconds` and `--reference` it compares what you like; the first
+//! method is the baseline. Ctrl-C keeps what is complete, and the same command goes on from there
+//! with `--resume`. `--watch` writes the page every few seconds while it runs, `--tev` shows the
+//! images in that viewer. `--shard 2/8` measures an eighth of the repeats, on any machine.
+//! `--join` puts together what all parts have left in the output folder.
 
 mod arguments;
+mod frames;
+#[path = "../moving/mod.rs"]
+mod moving;
 mod parts;
 mod pilot;
+mod references;
 mod scenes;
 mod show;
 mod watch;
@@ -22,14 +28,14 @@ use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use lightshed::film::{FrameMethod, read_exr, write_exr};
-use lightshed::integrator::{Method, MethodRequest, Motion, PathTracer, Stage, VolumePathTracer};
-use lightshed::sampling::PointSet;
-use lightshed::scene::Scene;
+use lightshed::integrator::{CameraMotion, Method, MethodRequest, Motion, Stage};
+use lightshed::scene::{Rgb, Scene};
 use lightshed_evaluate::{
     ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Record, Reference, ReportChain,
-    ReportScene, SingleFrames, TemporalStudy, run_watched,
+    ReportMotion, ReportScene, SingleFrames, TemporalStudy, run, run_watched,
 };
 use pilot::{Pilot, PilotStage};
+use references::Growing;
 use scenes::Subject;
 use std::error::Error;
 use std::fs;
@@ -57,23 +63,25 @@ struct Compared {
     reference: Reference,
     contested: Contested,
     chains: Vec<ReportChain>,
+    motion: Option<ReportMotion>,
+    without_emitters: Vec<bool>,
     /// What `auto` has chosen.
     choice: Option<String>,
 }
 
 impl Compared {
     fn section(&self) -> ReportScene<'_> {
-        section(&self.subject, &self.reference, &self.contested, &self.chains)
+        ReportScene {
+            chains: &self.chains,
+            motion: self.motion.as_ref(),
+            without_emitters: &self.without_emitters,
+            ..section(&self.subject, &self.reference, &self.contested)
+        }
     }
 }
 
-/// What the page shows of a scene.
-fn section<'b>(
-    subject: &Subject,
-    reference: &'b Reference,
-    contested: &'b Contested,
-    chains: &'b [ReportChain],
-) -> ReportScene<'b> {
+/// What the page shows of the stills of a scene.
+fn section<'b>(subject: &Subject, reference: &'b Reference, contested: &'b Contested) -> ReportScene<'b> {
     ReportScene {
         title: subject.name.clone(),
         description: subject.about.clone(),
@@ -81,7 +89,9 @@ fn section<'b>(
         reference,
         images: &contested.images,
         checkpoints: &contested.checkpoints,
-        chains,
+        chains: &[],
+        motion: None,
+        without_emitters: &[],
     }
 }
 
@@ -113,15 +123,11 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let sections: Vec<ReportScene<'_>> = compared.iter().map(Compared::section).collect();
     watcher.write(&sections, None)?;
     if arguments.json {
-        println!("{}", show::json(&show::machine(), &sections));
+        println!("{}", show::json(&show::machine(), &sections)?);
     } else {
         for (section, done) in sections.iter().zip(&compared) {
             let choice = done.choice.as_deref().unwrap_or_default();
-            print!(
-                "{}{choice}{}",
-                show::table(section.record),
-                show::frames(section.chains)
-            );
+            print!("{}{choice}{}", show::table(section)?, show::frames(section));
         }
         println!("report: {}", watcher.page().display());
     }
@@ -139,8 +145,6 @@ fn one(
     let stage = &Stage::new(&scene);
     let folder = arguments.out.join(&subject.name);
     fs::create_dir_all(&folder)?;
-    let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
-    watcher.show(&format!("{}/reference", subject.name), reference.image())?;
     let pilot = Pilot::new(arguments, &subject)?;
     let pilot = pilot.stage();
     let contestants = contestants(&subject, stage, &pilot);
@@ -154,6 +158,9 @@ fn one(
         true => Some(parts::joined(&folder, options)?),
         false => kept_record(arguments, &file)?,
     };
+    let reference = reference(arguments, &subject, stage, kept.as_ref(), cancel)?;
+    write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
+    watcher.show(&format!("{}/reference", subject.name), reference.image())?;
     let bar = bar(&subject.name);
     let observer = |progress: ContestProgress| {
         bar.set_length((progress.total * 1e3) as u64);
@@ -176,19 +183,24 @@ fn one(
     fs::write(&file, serde_json::to_string_pretty(&contested.record)?)?;
     keep_images(&subject.methods, &folder, &mut contested)?;
     watcher.show_all(&subject, &contested)?;
-    let chains = if cancel.load(Ordering::Relaxed) {
-        Vec::new()
-    } else {
+    let (mut chained, mut motion) = (Vec::new(), None);
+    if !cancel.load(Ordering::Relaxed) {
         let methods: Vec<Method> = subject.given().cloned().collect();
-        chains(stage, &methods, &reference, cancel)?
-    };
+        chained = chains(stage, &methods, &reference, cancel)?;
+        if arguments.frames > 0 {
+            motion = Some(frames::frames(arguments, &subject, &reference, cancel)?);
+        }
+    }
+    let without_emitters = without_emitters(&scene);
     drop(contestants);
     let choice = pilot.choice();
     Ok(Compared {
         subject,
         reference,
         contested,
-        chains,
+        chains: chained,
+        motion,
+        without_emitters,
         choice,
     })
 }
@@ -212,12 +224,13 @@ fn contestants<'b, 'a: 'b>(
         .collect()
 }
 
-/// The file that is asked for, or a fresh one, which is kept for the next time.
+/// The file that is asked for, or one that is rendered, or was for an earlier run. Its noise is to
+/// be small beside the least error of a record, or beside what methods reach in a part of the time.
 fn reference(
     arguments: &Arguments,
     subject: &Subject,
-    scene: &Scene,
-    folder: &Path,
+    stage: &Stage<'_>,
+    kept: Option<&Record>,
     cancel: &AtomicBool,
 ) -> Result<Reference, Box<dyn Error>> {
     if let Some(path) = &arguments.reference {
@@ -228,21 +241,67 @@ fn reference(
         bar.set_length(progress.samples_total.unwrap_or(1));
         bar.set_position(progress.samples_done);
     };
-    let samples = arguments.reference_spp;
-    let size = [scene.settings().width, scene.settings().height];
-    // Other seeds than those of the methods: numbers are named by seed, pixel and sample.
-    let emitters = scene.emitters_by_power();
-    let reference = if subject.description.media.is_empty() {
-        let tracer = PathTracer::new(scene, emitters).with_points(PointSet::Sobol);
-        let tracer = tracer.with_visible_emission();
-        Reference::rendered(&tracer, size, samples, &observer, cancel)?
-    } else {
-        let tracer = VolumePathTracer::new(scene, emitters).with_points(PointSet::Sobol);
-        Reference::rendered(&tracer, size, samples, &observer, cancel)?
-    };
+    let scene = (subject.name.as_str(), &subject.description);
+    let mut growing = Growing::new(arguments, scene, stage, observer, cancel)?;
+    let mut reference = growing.reference()?;
+    if growing.may_grow() {
+        let least = match kept.and_then(least_error) {
+            Some(least) => least,
+            None => expected_error(arguments, subject, stage, &reference, cancel)?,
+        };
+        reference = growing.grow_for(least)?;
+    }
     bar.finish_and_clear();
-    write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     Ok(reference)
+}
+
+/// The least squared error of a record.
+fn least_error(record: &Record) -> Option<f64> {
+    let standings = record.standings();
+    let errors = standings
+        .iter()
+        .filter_map(|standing| Some(standing.by_metric.first()?.error?.mid));
+    errors.min_by(f64::total_cmp)
+}
+
+/// Parts of the time in which errors are looked at before a comparison.
+const TRIALS: f64 = 8.0;
+
+/// The least squared error that methods can be expected to reach, from an eighth of the time.
+fn expected_error(
+    arguments: &Arguments,
+    subject: &Subject,
+    stage: &Stage<'_>,
+    reference: &Reference,
+    cancel: &AtomicBool,
+) -> Result<f64, Box<dyn Error>> {
+    let methods = subject.given().map(|method| {
+        let given = method.clone();
+        Contestant::new(method.to_string(), move || start(stage, &given, SAMPLES))
+    });
+    let options = ContestOptions {
+        seconds: arguments.seconds / TRIALS,
+        repeats: 1,
+        seed: !arguments.seed,
+    };
+    let methods: Vec<Contestant<'_>> = methods.collect();
+    let trial = run(&subject.name, &methods, reference, options, None, &|_| (), cancel)?;
+    let ends = trial.record.repeats.iter().flatten();
+    let ends = ends.filter_map(|run| run.curve.last().map(|end| (end.seconds, end.errors.mse)));
+    let noise = reference.noise().unwrap_or(0.0);
+    let least = ends.map(|(seconds, mse)| mse.max(noise) * (seconds / arguments.seconds).min(1.0));
+    // With stratified points errors fall faster than the number of samples grows.
+    Ok(0.7 * least.fold(f64::INFINITY, f64::min))
+}
+
+/// The pixels that see no emitter; none where media are before them.
+fn without_emitters(scene: &Scene) -> Vec<bool> {
+    if !scene.media().is_empty() {
+        return Vec::new();
+    }
+    let views = moving::views(scene, CameraMotion::STILL, 1);
+    let emission = views.first().map_or(&[][..], |view| &view.emission);
+    emission.iter().map(|emission| *emission == Rgb::ZERO).collect()
 }
 
 fn kept_record(arguments: &Arguments, file: &Path) -> Result<Option<Record>, Box<dyn Error>> {

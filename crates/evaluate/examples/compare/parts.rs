@@ -34,7 +34,7 @@ pub fn measure(
         let file = folder.join(format!("record-{}-of-{}.json", part.index(), part.count()));
         let scene = Scene::new(&subject.description)?;
         let stage = &Stage::new(&scene);
-        let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
+        let reference = reference(arguments, &subject, stage, None, cancel)?;
         let pilot = Pilot::new(arguments, &subject)?;
         let pilot = pilot.stage();
         let contestants = contestants(&subject, stage, &pilot);

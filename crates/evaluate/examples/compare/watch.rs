@@ -84,7 +84,7 @@ impl Watcher {
         self.show_all(subject, &contested)?;
         if self.watches {
             let mut sections: Vec<ReportScene<'_>> = before.iter().map(Compared::section).collect();
-            sections.push(section(subject, reference, &contested, &[]));
+            sections.push(section(subject, reference, &contested));
             let share = progress.seconds / progress.total;
             let done = (before.len() as f64 + share) / self.scenes as f64;
             self.write(&sections, Some(done))

@@ -14,18 +14,17 @@
 //! came into view within the last five frames are judged for themselves, too. With `--return` it
 //! goes away and comes back to its first view, so that it has seen these surfaces before.
 
-mod guides;
+#[path = "../moving/mod.rs"]
+mod moving;
 
 use clap::Parser;
-use guides::{emission, guides};
-use lightshed::film::{FrameMethod, RayCounts, RgbImage, process_cpu_seconds, read_exr, write_png};
-use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
-use lightshed::scene::glam::{Mat3A, Vec3, Vec3A};
+use lightshed::film::{FrameMethod, process_cpu_seconds, read_exr, write_png};
+use lightshed::integrator::{CameraMotion, Method, PathTracer, Stage};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
-use lightshed_evaluate::{PixelGuide, Reference, Svgf, SvgfOptions, TemporalStudy};
+use lightshed_evaluate::{Reference, Svgf, SvgfOptions, TemporalStudy};
+use moving::{CameraPath, Failure, Moving, View, image, started, views};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -85,8 +84,6 @@ struct Arguments {
     out: Option<PathBuf>,
 }
 
-type Failure = Box<dyn Error>;
-
 fn description(arguments: &Arguments, scene: &str) -> Result<SceneDescription, Failure> {
     let mut description = match builtin::by_name(scene) {
         Some(description) => description,
@@ -118,224 +115,40 @@ struct Errors {
     rays: f64,
 }
 
-fn image(size: &[u32], frame: &[Rgb]) -> Result<RgbImage, Failure> {
-    let pixels = frame.iter().map(|value| value.to_array()).collect();
-    Ok(RgbImage::new(size[0], size[1], pixels)?)
-}
-
 struct Study<'a> {
     arguments: &'a Arguments,
     motion: CameraMotion,
     reference: &'a Reference,
-    /// What the filter is told of each frame, and the emission in it; of one frame if the camera is
-    /// still.
-    views: Vec<(Vec<PixelGuide>, Vec<Rgb>)>,
+    /// Of each frame; of one frame if the camera is still.
+    views: Vec<View>,
 }
 
-/// Renders the mean of `count` images, and counts their rays.
-fn mean_of(
-    count: u32,
-    image: &mut [Rgb],
-    mut render: impl FnMut(u32, &mut [Rgb]) -> Option<RayCounts>,
-) -> Option<RayCounts> {
-    let share = 1.0 / count as f32;
-    let (mut sum, mut counts) = (vec![Rgb::ZERO; image.len()], RayCounts::default());
-    for own in 0..count {
-        counts += render(own, image)?;
-        sum.iter_mut()
-            .zip(&*image)
-            .for_each(|(sum, value)| *sum += *value * share);
-    }
-    image.copy_from_slice(&sum);
-    Some(counts)
-}
-
-/// Several chains with independent random numbers, and their mean.
-struct Mean<'a>(Vec<Box<dyn FrameMethod + 'a>>);
-
-impl FrameMethod for Mean<'_> {
-    fn size(&self) -> [u32; 2] {
-        self.0[0].size()
-    }
-
-    fn render_frame(
-        &mut self,
-        frame: u32,
-        seed: u64,
-        image: &mut [Rgb],
-        cancel: &AtomicBool,
-    ) -> Option<RayCounts> {
-        mean_of(self.0.len() as u32, image, |own, image| {
-            let seed = seed ^ u64::from(own) << 32;
-            self.0[own as usize].render_frame(frame, seed, image, cancel)
-        })
-    }
-
-    fn is_still(&self) -> bool {
-        self.0[0].is_still()
-    }
-
-    /// Of the first chain.
-    fn figures(&self) -> Vec<(&'static str, f64)> {
-        self.0[0].figures()
-    }
-}
-
-/// Frames of a method whose frames are independent of each other: means of so many of them.
-struct Several<'a>(Box<dyn FrameMethod + 'a>, u32);
-
-impl FrameMethod for Several<'_> {
-    fn size(&self) -> [u32; 2] {
-        self.0.size()
-    }
-
-    fn render_frame(
-        &mut self,
-        frame: u32,
-        seed: u64,
-        image: &mut [Rgb],
-        cancel: &AtomicBool,
-    ) -> Option<RayCounts> {
-        mean_of(self.1, image, |own, image| {
-            self.0.render_frame(frame * self.1 + own, seed, image, cancel)
-        })
-    }
-
-    fn is_still(&self) -> bool {
-        self.0.is_still()
-    }
-}
-
-/// Frames of a method that knows no motion: each of a scene of its own, whose camera has moved.
-struct Moving<'a> {
-    method: &'a Method,
-    samples: u32,
-    description: &'a SceneDescription,
-    path: CameraPath,
-}
-
-impl FrameMethod for Moving<'_> {
-    fn size(&self) -> [u32; 2] {
-        [self.description.settings.width, self.description.settings.height]
-    }
-
-    fn render_frame(
-        &mut self,
-        frame: u32,
-        seed: u64,
-        image: &mut [Rgb],
-        cancel: &AtomicBool,
-    ) -> Option<RayCounts> {
-        let mut description = self.description.clone();
-        self.path.apply(&mut description, frame);
-        let scene = Scene::new(&description).ok()?;
-        let stage = Stage::new(&scene);
-        let started = self.method.start(&stage, Motion::STILL).ok()?;
-        let mut frames = started.into_frames(self.size(), self.samples);
-        frames.render_frame(frame, seed, image, cancel)
-    }
-
-    fn is_still(&self) -> bool {
-        false
-    }
-}
-
-/// How the camera moves.
-#[derive(Clone, Copy)]
-struct CameraPath {
-    /// By frame, in world space.
-    per_frame: Vec3,
-    /// About the camera, by frame, in radians, and about this axis.
-    turn: (f32, Vec3),
-    /// The frame that comes back from.
-    back_from: Option<u32>,
-}
-
-impl CameraPath {
-    /// Of the options for a scene; `None` for a camera that does not move.
-    fn of(arguments: &Arguments, scene: &Scene, description: &SceneDescription, moves: bool) -> Option<Self> {
-        let matrix = description.camera.to_world.matrix3;
-        let right = -Vec3::from(matrix.x_axis.normalize());
-        let is_moving = moves && (arguments.moves.is_some() || arguments.pan.is_some());
-        is_moving.then(|| Self {
-            per_frame: right * arguments.moves.unwrap_or(0.0) * scene.extent(),
-            turn: (
-                -arguments.pan.unwrap_or(0.0).to_radians(),
-                matrix.y_axis.normalize().into(),
-            ),
-            back_from: arguments.returns.then_some((arguments.frames - 1) / 2),
-        })
-    }
-
-    fn motion(&self, description: &SceneDescription) -> Result<CameraMotion, Failure> {
-        let motion = match self.turn {
-            (angle, axis) if angle != 0.0 => {
-                CameraMotion::orbit(description.camera.to_world.translation.into(), axis, angle)?
-            }
-            _ => CameraMotion::translation(self.per_frame)?,
-        };
-        Ok(match self.back_from {
-            Some(frame) => motion.returning_from(frame),
-            None => motion,
-        })
-    }
-
-    /// Moves the camera of a description to where frame `frame` has it.
-    fn apply(&self, description: &mut SceneDescription, frame: u32) {
-        let step = match self.back_from {
-            Some(turn) if frame > turn => turn.saturating_sub(frame - turn),
-            _ => frame,
-        };
-        let to_world = &mut description.camera.to_world;
-        let (angle, axis) = self.turn;
-        let turned = Mat3A::from_axis_angle(axis, angle * step as f32);
-        to_world.matrix3 = turned * to_world.matrix3;
-        to_world.translation += Vec3A::from(self.per_frame) * step as f32;
-    }
-}
-
-/// Whether the method makes whole frames that are independent of each other: a cache that is filled
-/// before the first one then serves them all.
-fn is_independent(method: &Method) -> bool {
-    let capabilities = method.capabilities();
-    capabilities.frames && !capabilities.chain
+/// The options' way of the camera; `None` if it does not move.
+fn camera_path(
+    arguments: &Arguments,
+    scene: &Scene,
+    description: &SceneDescription,
+    moves: bool,
+) -> Option<CameraPath> {
+    let step = [arguments.moves, arguments.pan];
+    let is_moving = moves && step.iter().any(Option::is_some);
+    let back_from = arguments.returns.then_some((arguments.frames - 1) / 2);
+    is_moving.then(|| CameraPath::new(scene, description, step.map(Option::unwrap_or_default), back_from))
 }
 
 impl Study<'_> {
+    /// Whose frames are of scenes of their own if the camera moves is started at rest.
     fn started<'b>(
         &self,
         stage: &'b Stage<'_>,
         method: &Method,
         samples: u32,
     ) -> Result<Box<dyn FrameMethod + 'b>, Failure> {
-        if is_independent(method) && self.motion.is_still() {
-            return Ok(Box::new(Several(self.chain_of(stage, method, 1)?, samples)));
-        }
-        if method.capabilities().frames {
-            let chains = (0..samples).map(|_| self.chain_of(stage, method, 1));
-            return Ok(Box::new(Mean(chains.collect::<Result<_, _>>()?)));
-        }
-        self.chain_of(stage, method, samples)
-    }
-
-    fn chain_of<'b>(
-        &self,
-        stage: &'b Stage<'_>,
-        method: &Method,
-        samples: u32,
-    ) -> Result<Box<dyn FrameMethod + 'b>, Failure> {
-        let motion = Motion {
-            camera: self.motion,
-            media: None,
+        let motion = match method.capabilities().camera_motion {
+            true => self.motion,
+            false => CameraMotion::STILL,
         };
-        let size = [self.arguments.size[0], self.arguments.size[1]];
-        // `Moving` moves what knows no motion.
-        let motion = if method.capabilities().frames {
-            motion
-        } else {
-            Motion::STILL
-        };
-        Ok(method.start(stage, motion)?.into_frames(size, samples))
+        started(stage, method, motion, samples)
     }
 
     fn chain(
@@ -344,8 +157,9 @@ impl Study<'_> {
         seed: u64,
         errors: &mut Errors,
     ) -> Result<Vec<Rgb>, Failure> {
-        let Arguments { size, frames, .. } = self.arguments;
-        let mut filter = Svgf::new([size[0], size[1]], SvgfOptions::default());
+        let Arguments { frames, .. } = self.arguments;
+        let size = self.reference.size();
+        let mut filter = Svgf::new(size, SvgfOptions::default());
         let mut frame = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
         let mut filtered = frame.clone();
         // What is still is judged by several frames.
@@ -361,13 +175,8 @@ impl Study<'_> {
                 .sum::<u64>() as f64
                 / f64::from(*frames);
             errors.seconds += (cpu() - start) / f64::from(*frames);
-            let (guides, emission) = &self.views[(number as usize).min(self.views.len() - 1)];
-            let reflected: Vec<Rgb> = frame.iter().zip(emission).map(|(all, own)| all - own).collect();
-            filtered = filter.filter(&reflected, guides).ok_or("another size")?;
-            filtered
-                .iter_mut()
-                .zip(emission)
-                .for_each(|(value, own)| *value += own);
+            let view = &self.views[(number as usize).min(self.views.len() - 1)];
+            filtered = view.filtered(&mut filter, &frame).ok_or("another size")?;
             if number + judged.max(1) < *frames {
                 continue;
             }
@@ -391,10 +200,9 @@ impl Study<'_> {
                 let apart = *value - Rgb::from(*truth);
                 f64::from(apart.length_squared()) / 3.0
             });
-            // Edges of lamps in view are no matter of reuse.
-            let seen = by_pixel.iter().zip(apart).zip(emission);
-            for (((error, squared), emission), age) in seen.zip(filter.ages()) {
-                if number > 5 && age <= 5.0 && *emission == Rgb::ZERO {
+            let seen = by_pixel.iter().zip(apart).zip(filter.ages());
+            for (pixel, ((error, squared), age)) in seen.enumerate() {
+                if number > 5 && age <= 5.0 && view.reflects(pixel) {
                     errors.young[0] += error * error;
                     errors.young[1] += squared;
                     errors.young[2] += 1.0;
@@ -413,17 +221,16 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
     let mut rows = Vec::new();
     let description = description(arguments, name)?;
     let scene = Scene::new(&description)?;
-    let path = CameraPath::of(arguments, &scene, &description, moves);
+    let path = camera_path(arguments, &scene, &description, moves);
     let last = arguments.frames - 1;
     let motion = match path {
         Some(path) => path.motion(&description)?,
         None => CameraMotion::STILL,
     };
-    let mut moved = description.clone();
-    if let Some(path) = path {
-        path.apply(&mut moved, last);
-    }
-    let moved = Scene::new(&moved)?;
+    let moved = match path {
+        Some(path) => Scene::new(&path.moved(&description, last))?,
+        None => Scene::new(&description)?,
+    };
     let size = [arguments.size[0], arguments.size[1]];
     let never = AtomicBool::new(false);
     let reference = match arguments.reference.as_slice() {
@@ -441,9 +248,7 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
         arguments,
         motion,
         reference: &reference,
-        views: (0..if motion.is_still() { 1 } else { arguments.frames })
-            .map(|frame| (guides(&scene, motion, frame), emission(&scene, motion, frame)))
-            .collect(),
+        views: views(&scene, motion, arguments.frames),
     };
     let (stage, moved_stage) = (Stage::new(&scene), Stage::new(&moved));
     // The yardstick: a frame of the last method, after its first ones.
@@ -461,7 +266,8 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
     drop(method);
     for method in &arguments.methods {
         let is_plain = !method.capabilities().frames;
-        let stage = if is_plain { &moved_stage } else { &stage };
+        let follows = method.capabilities().camera_motion;
+        let stage = if follows { &stage } else { &moved_stage };
         // A few first frames, and the ones that are timed.
         let tried = if is_plain { 8 } else { 1 };
         let mut trial = study.started(stage, method, tried)?;
@@ -482,12 +288,7 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
         let mut filtered = Vec::new();
         for repeat in 0..arguments.repeats {
             let mut chain: Box<dyn FrameMethod + '_> = match path {
-                Some(path) if is_plain => Box::new(Moving {
-                    method,
-                    samples,
-                    description: &description,
-                    path,
-                }),
+                Some(path) if !follows => Box::new(Moving::new(method, samples, &description, path)),
                 _ => study.started(stage, method, samples)?,
             };
             filtered = study.chain(&mut *chain, u64::from(arguments.first + repeat) + 1, &mut errors)?;
@@ -546,7 +347,7 @@ fn run(arguments: &Arguments, name: &str, moves: bool) -> Result<Vec<Value>, Fai
         if let Some(folder) = &arguments.out {
             let name = method.to_string().replace([':', '='], "-");
             let file = File::create(folder.join(format!("{name}-filtered.png")))?;
-            write_png(&image(&arguments.size, &filtered)?, 0.0, file)?;
+            write_png(&image(size, &filtered)?, 0.0, file)?;
         }
         if !arguments.table {
             println!("{row}");

@@ -27,13 +27,20 @@ const VISIT: &str = "<script>window.addEventListener('load',function(){\
     var r=view.getBoundingClientRect();['pointerdown','pointerup'].forEach(function(kind){\
         view.dispatchEvent(new PointerEvent(kind,{pointerId:1,clientX:r.left+0.9*r.width,clientY:r.top+0.1*r.height}));});\
     var pixel=[hidden,box.hidden,box.querySelectorAll('polyline').length,box.querySelector('.where').textContent];\
+    var player=document.querySelector('.player'),strip=player.querySelector('.strip img');\
+    var frame=player.querySelector('input'),button=player.querySelector('.play');\
+    var left=function(){return Math.round(strip.getBoundingClientRect().left-strip.parentNode.getBoundingClientRect().left);};\
+    var playing=button.textContent;frame.value=0;frame.dispatchEvent(new Event('input'));var start=left();\
+    frame.value=3;frame.dispatchEvent(new Event('input'));\
+    var played=[playing,button.textContent,start,left()/Math.round(strip.parentNode.getBoundingClientRect().width),\
+        strip.getBoundingClientRect().width/strip.parentNode.getBoundingClientRect().width];\
     var images=Array.from(document.images);\
     var plots=Array.from(document.querySelectorAll('svg')).filter(function(svg){\
         return svg.getBoundingClientRect().width>100&&svg.querySelectorAll('path,polyline').length>0;});\
     var asked=performance.getEntriesByType('resource').map(function(e){return e.name;})\
         .filter(function(name){return !name.startsWith('data:');});\
     var wide=document.documentElement.scrollWidth-document.documentElement.clientWidth;\
-    document.title=JSON.stringify({zoomed:zoomed,whole:whole,fastest:fastest,least:least,pixel:pixel,wide:wide,\
+    document.title=JSON.stringify({zoomed:zoomed,whole:whole,fastest:fastest,least:least,pixel:pixel,wide:wide,played:played,\
         before:before,after:after,images:images.length,\
         shown:images.filter(function(i){return i.complete&&i.naturalWidth>0;}).length,plots:plots.length,asked:asked});\
     });</script></body>";
@@ -123,6 +130,18 @@ fn the_page_works_in_a_browser() {
         serde_json::json!([true, false, 2, "pixel (3, 0)"]),
         "{seen}"
     );
+    // A sequence plays; the slider stops it at its frame. Strips are as wide as their frames.
+    let played = seen["played"].as_array().expect("a list");
+    assert_eq!(
+        played[..3],
+        ["Pause".into(), "Play".into(), Value::from(0)],
+        "{seen}"
+    );
+    let number = |place: usize| played[place].as_f64().expect("a number");
+    assert!(
+        (number(3) + 3.0).abs() < 0.05 && (number(4) - 8.0).abs() < 0.05,
+        "{seen}"
+    );
     // Nothing is wider than the window, on a phone neither.
     assert_eq!(seen["wide"], 0, "{seen}");
     let phone = visit(&browser, &folder, &page, 500);
@@ -132,6 +151,11 @@ fn the_page_works_in_a_browser() {
         "{seen}"
     );
     assert_eq!(seen["asked"], Value::Array(Vec::new()), "{seen}");
+
+    // A player without its script stays where it is.
+    let stuck = page.replace("player.style.setProperty", "player.style.removeProperty");
+    let stuck = visit(&browser, &folder, &stuck, 1280);
+    assert_eq!(stuck["played"][3], Value::from(0), "{stuck}");
 
     // A slider without its script, a picture that is not there, and one from elsewhere are noticed.
     let still = visit(

@@ -176,6 +176,25 @@ all(document, 'section').forEach(function (section, number) {
   } catch (error) { s = 1; }
 });
 
+// Sequences play: all strips of a scene show the same frame. A hand on the slider stops them.
+all(document, '.player').forEach(function (player) {
+  var count = Number(player.dataset.frames), frame = 0, timer = 0;
+  var button = player.querySelector('.play'), slide = player.querySelector('input');
+  var show = function (next) {
+    frame = next;
+    slide.value = frame;
+    player.style.setProperty('--frame', frame);
+  };
+  var play = function (on) {
+    clearInterval(timer);
+    timer = on ? setInterval(function () { show((frame + 1) % count); }, 150) : 0;
+    button.textContent = on ? 'Pause' : 'Play';
+  };
+  button.addEventListener('click', function () { play(!timer); });
+  slide.addEventListener('input', function () { play(false); show(Number(slide.value)); });
+  play(!matchMedia('(prefers-reduced-motion: reduce)').matches);
+});
+
 // A page of a comparison that still runs loads itself again.
 if (document.body.dataset.watch) {
   setTimeout(function () { location.reload(); }, 1000 * Number(document.body.dataset.watch));

@@ -3,10 +3,79 @@
 use lightshed::integrator::CameraMotion;
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{Camera, Rgb, Scene};
-use lightshed_evaluate::PixelGuide;
+use lightshed_evaluate::{PixelGuide, Svgf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// What is known of a frame before it is rendered.
+pub struct View {
+    guides: Vec<PixelGuide>,
+    /// The emission that each pixel sees directly; nothing in scenes with media, which hide it.
+    pub emission: Vec<Rgb>,
+}
+
+impl View {
+    fn of(scene: &Scene, motion: CameraMotion, frame: u32) -> Self {
+        Self {
+            guides: guides(scene, motion, frame),
+            emission: match scene.media().is_empty() {
+                true => emission(scene, motion, frame),
+                false => vec![Rgb::ZERO; scene.settings().width as usize * scene.settings().height as usize],
+            },
+        }
+    }
+
+    /// Whether a pixel shows a surface that reflects. Others are no matter of reuse: edges of
+    /// lamps, and what is behind all surfaces.
+    pub fn reflects(&self, pixel: usize) -> bool {
+        self.guides[pixel].normal != Vec3::ZERO && self.emission[pixel] == Rgb::ZERO
+    }
+
+    /// The frame after the filter, which sees it without the emission that is seen directly. `None`
+    /// for a frame of another size.
+    pub fn filtered(&self, filter: &mut Svgf, frame: &[Rgb]) -> Option<Vec<Rgb>> {
+        let reflected: Vec<Rgb> = frame
+            .iter()
+            .zip(&self.emission)
+            .map(|(all, own)| all - own)
+            .collect();
+        let mut filtered = filter.filter(&reflected, &self.guides)?;
+        filtered
+            .iter_mut()
+            .zip(&self.emission)
+            .for_each(|(value, own)| *value += own);
+        Some(filtered)
+    }
+}
+
+/// The views of so many frames; of one if the camera is still.
+pub fn views(scene: &Scene, motion: CameraMotion, frames: u32) -> Vec<View> {
+    let frames = if motion.is_still() { 1 } else { frames };
+    let next = AtomicU32::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let work = || {
+        let mut own = Vec::new();
+        loop {
+            let frame = next.fetch_add(1, Ordering::Relaxed);
+            if frame >= frames {
+                return own;
+            }
+            own.push((frame, View::of(scene, motion, frame)));
+        }
+    };
+    let mut views: Vec<(u32, View)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().expect("a view is rays and sums"))
+            .collect()
+    });
+    views.sort_by_key(|(frame, _)| *frame);
+    views.into_iter().map(|(_, view)| view).collect()
+}
 
 /// What `camera` sees at a place of the film. A lamp, which is brighter than what it reflects,
-/// counts as nothing, as the sky does: the filter then leaves both apart from surfaces.
+/// counts as nothing, as the sky does: the filter then leaves both apart from surfaces. In a scene
+/// with media it is the first boundary, whatever is behind.
 fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, Rgb)> {
     let ray = camera.ray(film, [0.5; 2]);
     let point = scene.intersect(&ray)?;
@@ -14,13 +83,17 @@ fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, 
         return None;
     }
     let distance = (point.position - ray.origin).length();
+    let albedo = match scene.media().is_empty() {
+        true => scene.bsdf(&point).albedo_hint(),
+        false => Rgb::ONE,
+    };
     let normal = point.shading.normal;
     let normal = if normal.dot(ray.direction) > 0.0 {
         -normal
     } else {
         normal
     };
-    Some((point.position, normal, distance, scene.bsdf(&point).albedo_hint()))
+    Some((point.position, normal, distance, albedo))
 }
 
 /// Rows and columns of the camera rays by which emission in a pixel is known.
@@ -28,7 +101,7 @@ const GRID: u32 = 8;
 
 /// The emission that each pixel of frame number `frame` sees directly, sky included, by a grid of
 /// camera rays.
-pub fn emission(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<Rgb> {
+fn emission(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<Rgb> {
     let (camera, settings) = (motion.camera(scene, frame), scene.settings());
     let emitters = scene.emitters();
     let along = |film: Vec2| {
@@ -51,7 +124,7 @@ pub fn emission(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<Rgb> {
 }
 
 /// The guides of frame number `frame`, through the middles of the pixels.
-pub fn guides(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<PixelGuide> {
+fn guides(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<PixelGuide> {
     let (camera, settings) = (motion.camera(scene, frame), scene.settings());
     let before = motion.camera(scene, frame.saturating_sub(1));
     let guide = |index: u32| {
