@@ -102,6 +102,7 @@ fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulett
             asked && need.is_ok(),
             match values.cache_rule() {
                 Some(_) => "learnt from the samples of the cache's passes",
+                None if method.entry().capabilities.frames => "learnt from paths beside the first frames",
                 None => {
                     "learnt from the paths of the first frames, and dropped if it gains less than it costs"
                 }

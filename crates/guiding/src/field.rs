@@ -193,6 +193,30 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         (sum / (self.learnt_regions() as f64).max(1.0)) as f32
     }
 
+    /// A copy that guides as this field does, without the samples that wait for an update.
+    #[must_use]
+    pub fn learnt(&self) -> Self
+    where
+        M: Clone,
+    {
+        Self {
+            partition: self.partition.clone(),
+            bounds: self.bounds,
+            model: self.model.clone(),
+            options: self.options,
+            records: self.records.clone(),
+            regions: self.regions.clone(),
+            tables: self.tables.clone(),
+            recorder: Recorder::default(),
+            visits: Recorder::default(),
+            arrivals: Default::default(),
+            overall: self.overall,
+            samples: Vec::new(),
+            sorted: Vec::new(),
+            slots: Vec::new(),
+        }
+    }
+
     /// Number of samples that wait for the next update.
     pub fn recorded(&self) -> usize {
         self.recorder.count()

@@ -194,7 +194,7 @@ pub(crate) fn pixel_seeing(camera: &Camera, extent: Extent, point: Vec3) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::restir::frames::extent_of;
+    use crate::reuse_frames::extent_of;
     use lightshed_scene::builtin;
     use lightshed_scene::glam::Vec2;
     use std::f32::consts::{FRAC_PI_2, TAU};

@@ -32,6 +32,7 @@ mod camera_ray;
 mod direct;
 mod emitter_sampler;
 mod guided;
+mod guided_lobes;
 mod light_selection;
 mod light_training;
 mod mixture;
@@ -40,6 +41,7 @@ mod ray_batch;
 mod ray_cost;
 mod registry;
 mod restir;
+mod reuse_frames;
 mod scene_world;
 mod visible_emission;
 mod volume;
@@ -96,7 +98,10 @@ pub use restir::pt::{
 pub use restir::suffix::{
     MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,
 };
-pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse};
+pub use restir::{
+    GUIDE_UPDATES, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse,
+};
+
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
 pub use volume::volpath::{VolumePathTracer, VolumeTracking};

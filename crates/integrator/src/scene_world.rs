@@ -1,7 +1,11 @@
 //! A scene as shift mappings see it.
 
 use crate::emitter_sampler::EmitterSampler;
+use crate::guided::SceneField;
+use crate::guided_lobes::GuidedLobes;
 use crate::light_selection::unseen_shading_point;
+use crate::path::trace_suffixes;
+use crate::path::transport::Transport;
 use lightshed_film::RayCounts;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -10,21 +14,29 @@ use lightshed_shift::{
     Connection, Endpoint, EndpointDensity, LobeDirection, Place, RayKind, Scattering, Suffix, SuffixLight,
     SuffixLimits, WorldGeometry, WorldLighting, WorldScattering,
 };
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// A [`Scene`] as a [`World`](lightshed_shift::World): the functions that the crate
 /// `lightshed-shift` needs from a renderer, with rays counted by kind.
+///
+/// Those of [`GuidedWorlds`](crate::GuidedWorlds) may have a guide. Directions at wide lobes then
+/// come from it, too, and all densities are those of the mixture.
 pub struct SceneWorld<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
     sampler: S,
-    counters: Vec<Counters>,
+    counters: Arc<[Counters]>,
+    /// Set at most once: paths whose densities it has seen may be held for ever.
+    guide: OnceLock<SceneField>,
 }
 
 /// The counts of one thread, on a cache line of their own.
 #[derive(Default)]
 #[repr(align(128))]
 struct Counters([AtomicU64; 5]);
+
+/// First edge at which roulette may end a guided path.
+const GUIDED_ROULETTE_DEPTH: u32 = 12;
 
 /// Rays traced at once.
 const BATCH: usize = 64;
@@ -61,7 +73,50 @@ impl<'a, S: EmitterSampler> SceneWorld<'a, S> {
             scene,
             sampler,
             counters: (0..threads).map(|_| Counters::default()).collect(),
+            guide: OnceLock::new(),
         }
+    }
+
+    /// The same world without a guide; both count their rays together.
+    pub(crate) fn unguided(&self) -> Self
+    where
+        S: Clone,
+    {
+        Self {
+            scene: self.scene,
+            sampler: self.sampler.clone(),
+            counters: Arc::clone(&self.counters),
+            guide: OnceLock::new(),
+        }
+    }
+
+    /// What guides directions, if anything does.
+    pub fn guide(&self) -> Option<&SceneField> {
+        self.guide.get()
+    }
+
+    /// Guides directions from now on. False if something did before.
+    pub(crate) fn guide_by(&self, field: SceneField) -> bool {
+        self.guide.set(field).is_ok()
+    }
+
+    /// First edge at which roulette may end paths: the scene's, or a later one with a guide. That
+    /// samples bright directions often and with small weights, and roulette by these weights would
+    /// end just the paths that find light.
+    pub(crate) fn roulette_depth(&self) -> u32 {
+        let own = self.scene.settings().roulette_depth;
+        match self.guide.get() {
+            Some(_) => own.max(GUIDED_ROULETTE_DEPTH),
+            None => own,
+        }
+    }
+
+    /// The guided lobes of a vertex, if they are.
+    #[inline(always)]
+    fn guided<'v>(&'v self, vertex: &'v SceneVertex, wo: Vec3) -> Option<GuidedLobes<'v, 'v>> {
+        let field = self.guide.get()?;
+        let point = &vertex.point;
+        GuidedLobes::at(field, (point.position, &vertex.bsdf, &point.shading), wo)
     }
 
     /// The scene.
@@ -251,12 +306,18 @@ impl<S: EmitterSampler> WorldScattering for SceneWorld<'_, S> {
         u_lobe: f32,
         u_direction: [f32; 2],
     ) -> Option<LobeDirection> {
+        if let Some(guided) = self.guided(vertex, wo) {
+            return guided.sample(u_lobe, u_direction);
+        }
         let wo = vertex.point.shading.to_local(wo);
         Self::lobe_direction(vertex, wo, u_lobe, u_direction)
     }
 
     #[inline]
     fn evaluate_lobe(&self, vertex: &SceneVertex, wo: Vec3, wi: Vec3, lobe: u8) -> Scattering {
+        if let Some(guided) = self.guided(vertex, wo) {
+            return guided.evaluate_lobe(wi, lobe);
+        }
         let frame = &vertex.point.shading;
         let value = vertex
             .bsdf
@@ -269,6 +330,9 @@ impl<S: EmitterSampler> WorldScattering for SceneWorld<'_, S> {
 
     #[inline]
     fn evaluate(&self, vertex: &SceneVertex, wo: Vec3, wi: Vec3) -> Scattering {
+        if let Some(guided) = self.guided(vertex, wo) {
+            return guided.evaluate(wi);
+        }
         let frame = &vertex.point.shading;
         let value = vertex.bsdf.evaluate(frame.to_local(wo), frame.to_local(wi));
         Scattering {
@@ -365,7 +429,11 @@ impl<S: EmitterSampler> WorldLighting for SceneWorld<'_, S> {
         limits: SuffixLimits,
         visit: &mut dyn FnMut(usize, SuffixLight),
     ) -> bool {
-        let [path, emitter] = crate::path::trace_suffixes(self.scene, &self.sampler, suffixes, limits, visit);
+        let transport = Transport::new(self.scene, &self.sampler);
+        let [path, emitter] = match self.guide.get() {
+            Some(field) => trace_suffixes(transport.with_guide(field), suffixes, limits, visit),
+            None => trace_suffixes(transport, suffixes, limits, visit),
+        };
         self.count(RayKind::Path, path);
         self.count(RayKind::Emitter, emitter);
         true

@@ -170,6 +170,19 @@ impl SceneField {
         }
     }
 
+    /// [`GuidingField::learnt`].
+    #[must_use]
+    pub fn learnt(&self) -> Self {
+        match self {
+            Self::Quadtree(field) => Self::Quadtree(field.learnt()),
+            Self::SdTree(field) => Self::SdTree(field.learnt()),
+            Self::Vmf(field) => Self::Vmf(field.learnt()),
+            Self::Mixture(field) => Self::Mixture(field.learnt()),
+            Self::MixtureGrid(field) => Self::MixtureGrid(field.learnt()),
+            Self::Places(field) => Self::Places(field.learnt()),
+        }
+    }
+
     /// [`GuidingField::forget_samples`].
     pub fn forget_samples(&mut self) {
         match self {

@@ -10,6 +10,7 @@ mod recorder;
 
 pub use field::{FieldDirections, SceneField};
 pub use frames::{GuidedHalf, GuidedPaths};
+pub(crate) use guide::FieldGuide;
 pub use need::guide_need;
 pub use options::{GuideError, GuideKind, GuidedPathsOptions, UnknownGuide};
 pub use recorder::FieldRecorder;

@@ -210,6 +210,8 @@ fn places_field() -> FieldOptions {
 pub enum GuideError {
     /// The samples of a frame are not an even number from 2 to 1,024.
     Samples(u32),
+    /// Worlds that another guide has used.
+    Used,
     /// Options of the guide, or a scene without extent.
     Guiding(GuidingError),
 }
@@ -223,6 +225,7 @@ impl fmt::Display for GuideError {
                     "{samples} samples in each pixel of a frame: it must be an even number in 2..=1024"
                 )
             }
+            Self::Used => f.write_str("another guide has used these worlds"),
             Self::Guiding(error) => write!(f, "{error}"),
         }
     }

@@ -5,8 +5,8 @@ use super::options::MixtureOptions;
 use crate::emitter_sampler::EmitterSampler;
 use crate::light_selection::shading_point;
 use crate::ray_batch::NOWHERE;
-use crate::restir::frames::FrameView;
 use crate::restir::primary::Primary;
+use crate::reuse_frames::FrameView;
 use lightshed_film::{RayKind, RayTally};
 use lightshed_guiding::{
     Discovery, Finding, MarkovChain, MarkovState, OFFSET_WORDS, Proposal, TargetLobe, neighbour_offset,

@@ -81,7 +81,7 @@ pub const MAX_GUIDE_SHARE: f32 = 0.99;
 
 /// The share that counts: at most [`MAX_GUIDE_SHARE`]; `None` for zero and for what is no number.
 #[inline(always)]
-pub(super) fn usable_share(share: f32) -> Option<f32> {
+pub(crate) fn usable_share(share: f32) -> Option<f32> {
     (share > 0.0).then(|| share.min(MAX_GUIDE_SHARE))
 }
 

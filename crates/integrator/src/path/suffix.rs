@@ -11,15 +11,14 @@ use lightshed_film::MAX_BATCH;
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PathSeed;
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Ray, Rgb, SurfacePoint};
 use lightshed_shift::{Suffix, SuffixLight, SuffixLimits};
 
 /// Traces suffixes as
 /// [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) requires;
 /// returns how many rays continued and how many went to emitters.
-pub(crate) fn trace_suffixes<S: EmitterSampler>(
-    scene: &Scene,
-    sampler: &S,
+pub(crate) fn trace_suffixes<S: EmitterSampler, G: DirectionGuide>(
+    transport: Transport<'_, S, G>,
     suffixes: &[Suffix<Ray, (Vec3, S::Site)>],
     limits: SuffixLimits,
     visit: &mut dyn FnMut(usize, SuffixLight),
@@ -30,7 +29,7 @@ pub(crate) fn trace_suffixes<S: EmitterSampler>(
     let transport = Transport {
         max_depth: limits.max_length,
         roulette_depth: limits.roulette_from,
-        ..Transport::new(scene, sampler)
+        ..transport
     };
     let mut paths = Paths::new();
     let mut rays = [0; 2];

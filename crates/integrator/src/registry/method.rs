@@ -92,9 +92,9 @@ impl Method {
         let guided = self.values.guided_paths();
         // The device looks up in guides and caches what the host has learnt before.
         let device = own.device
-            && guided
-                .as_ref()
-                .is_none_or(|guided| !own.media && guided.kind == GuideKind::Quadtree && !guided.every_frame);
+            && guided.as_ref().is_none_or(|guided| {
+                !own.media && !own.frames && guided.kind == GuideKind::Quadtree && !guided.every_frame
+            });
         if self.values.cache_rule().is_some() {
             let chain = self.values.is_on(&CACHE_ALWAYS);
             return MethodCapabilities {

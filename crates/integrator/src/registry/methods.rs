@@ -9,9 +9,9 @@ use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
-    GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathReuse, PathTracer, RestirDi,
-    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume,
-    RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
+    RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
@@ -267,6 +267,10 @@ pub static METHODS: &[MethodEntry] = &[
             options::WORLD_READS,
             options::FOOTPRINT,
             options::MUTATIONS,
+            options::GUIDE,
+            options::GUIDE_BITS,
+            options::GUIDE_TRAINING,
+            options::GUIDE_BORDERS,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -323,6 +327,10 @@ pub static METHODS: &[MethodEntry] = &[
             options::PAIRS,
             options::SPACING,
             options::CAP,
+            options::GUIDE,
+            options::GUIDE_BITS,
+            options::GUIDE_TRAINING,
+            options::GUIDE_BORDERS,
         ],
         start: |stage, values, motion| {
             let mut options = RestirSuffixOptions::real_time(values.path_mapping());
@@ -349,6 +357,10 @@ pub static METHODS: &[MethodEntry] = &[
             options::CAMERA_RAYS,
             options::DIRECT_SAMPLES,
             options::VISIBLE,
+            options::GUIDE,
+            options::GUIDE_BITS,
+            options::GUIDE_TRAINING,
+            options::GUIDE_BORDERS,
         ],
         start: |stage, values, motion| {
             let options = RestirSuffixOptions::offline(values.path_mapping());
@@ -535,8 +547,15 @@ fn restir_pt<'b>(
         footprint: values.get(&options::FOOTPRINT),
         ..options
     };
-    let world = stage.world(values.light_choosing()).map_err(reason)?;
-    frames(RestirPt::new(world, options, motion.camera))
+    let choosing = values.light_choosing();
+    let Some(guide) = values.guided_candidates() else {
+        let world = stage.world(choosing).map_err(reason)?;
+        return frames(RestirPt::new(world, options, motion.camera));
+    };
+    let worlds = stage.guided_worlds(choosing).map_err(reason)?;
+    let guiding = PathGuiding::new(worlds, guide).map_err(reason)?;
+    let method = RestirPt::new(worlds.first(), options, motion.camera);
+    frames(method.map(|method| method.with_guiding(guiding)))
 }
 
 fn restir_suffix<'b>(
@@ -546,8 +565,15 @@ fn restir_suffix<'b>(
     options: RestirSuffixOptions,
 ) -> Start<'b> {
     let options = values.restir_suffix_options(options);
-    let world = stage.world(values.light_choosing()).map_err(reason)?;
-    frames(RestirSuffix::new(world, options, motion.camera))
+    let choosing = values.light_choosing();
+    let Some(guide) = values.guided_candidates() else {
+        let world = stage.world(choosing).map_err(reason)?;
+        return frames(RestirSuffix::new(world, options, motion.camera));
+    };
+    let worlds = stage.guided_worlds(choosing).map_err(reason)?;
+    let guiding = PathGuiding::new(worlds, guide).map_err(reason)?;
+    let method = RestirSuffix::new(worlds.first(), options, motion.camera);
+    frames(method.map(|method| method.with_guiding(guiding)))
 }
 
 fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {

@@ -577,6 +577,16 @@ impl MethodValues {
         Some(options)
     }
 
+    /// How candidates are guided that are resampled, if they are: by fewer samples a frame, which
+    /// do not shade.
+    pub fn guided_candidates(&self) -> Option<GuidedPathsOptions> {
+        let options = self.guided_paths()?;
+        Some(GuidedPathsOptions {
+            samples: 2,
+            ..options
+        })
+    }
+
     /// The frames that train a guide, if told.
     pub fn guide_training_given(&self) -> Option<u32> {
         self.get(&GUIDE_TRAINING).filter(|_| self.has(&GUIDE_TRAINING))

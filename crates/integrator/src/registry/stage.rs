@@ -1,6 +1,6 @@
 //! A scene, and what methods of it share.
 
-use crate::{AnyEmitters, CameraMotion, LightChoosing, LightSelection, SceneWorld};
+use crate::{AnyEmitters, CameraMotion, GuidedWorlds, LightChoosing, LightSelection, SceneWorld};
 use lightshed_film::{FrameMethod, PixelEstimator, SampledFrames};
 use lightshed_lights::LightError;
 use lightshed_scene::Scene;
@@ -13,6 +13,13 @@ pub struct Stage<'a> {
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
     worlds: [OnceLock<SceneWorld<'a, AnyEmitters<'a>>>; LightChoosing::ALL.len() + 2],
+    guided: OnceLock<Box<GuidedChain<'a>>>,
+}
+
+/// Worlds of one method that has a guide, and those of the next method.
+struct GuidedChain<'a> {
+    worlds: GuidedWorlds<'a, AnyEmitters<'a>>,
+    next: OnceLock<Box<Self>>,
 }
 
 /// What moves from frame to frame.
@@ -56,6 +63,7 @@ impl<'a> Stage<'a> {
             scene,
             emitters: Default::default(),
             worlds: Default::default(),
+            guided: OnceLock::new(),
         }
     }
 
@@ -93,6 +101,33 @@ impl<'a> Stage<'a> {
     ) -> Result<&SceneWorld<'a, AnyEmitters<'a>>, LightError> {
         let emitters = self.emitters(choosing)?;
         Ok(self.worlds[place(choosing)].get_or_init(|| SceneWorld::new(self.scene, emitters.clone())))
+    }
+
+    /// Worlds for the guide of a method that resamples, new ones for each call: they are kept as
+    /// long as the stage.
+    ///
+    /// # Errors
+    /// Lights that a sampler refuses.
+    pub fn guided_worlds(
+        &self,
+        choosing: Option<LightChoosing>,
+    ) -> Result<&GuidedWorlds<'a, AnyEmitters<'a>>, LightError> {
+        let emitters = self.emitters(choosing)?;
+        let mut place = &self.guided;
+        loop {
+            let mut is_new = false;
+            let chain = place.get_or_init(|| {
+                is_new = true;
+                Box::new(GuidedChain {
+                    worlds: GuidedWorlds::new(self.scene, emitters.clone()),
+                    next: OnceLock::new(),
+                })
+            });
+            if is_new {
+                return Ok(&chain.worlds);
+            }
+            place = &chain.next;
+        }
     }
 }
 

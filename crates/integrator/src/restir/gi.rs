@@ -1,7 +1,6 @@
 //! ReSTIR GI: indirect light by reuse of sample points.
 
 use super::di::{RestirDi, RestirDiError, RestirDiSettings};
-use super::frames::{Reservoirs, TwoFrames, extent_of, in_batches};
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
 use super::passes::{PASSES, Pass};
 use super::primary::Primary;
@@ -15,6 +14,7 @@ use crate::path::guide::DirectionGuide;
 use crate::path::paths::Paths;
 use crate::path::purpose::Purpose;
 use crate::path::transport::{Bounce, PathState, Transport};
+use crate::reuse_frames::{Reservoirs, TwoFrames, extent_of, in_batches};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_lanes::Lanes;

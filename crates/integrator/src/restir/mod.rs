@@ -2,8 +2,8 @@
 
 mod candidates;
 mod di;
-pub(crate) mod frames;
 mod gi;
+mod guiding;
 mod indirect;
 mod light;
 mod mutation;
@@ -15,4 +15,5 @@ mod world;
 
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;
+pub use guiding::{GUIDE_UPDATES, GuidedWorlds, PathGuiding};
 pub use world::WorldReuse;

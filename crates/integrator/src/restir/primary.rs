@@ -1,8 +1,8 @@
 //! The surface points that pixels see.
 
-use super::frames::{Cells, FrameView, extent_of, trace_camera_rays};
 use super::passes::Pass;
 use crate::path::transport::met_emission;
+use crate::reuse_frames::{Cells, FrameView, extent_of, trace_camera_rays};
 use crate::visible_emission::VisibleEmission;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Bsdf, Rgb, Scene, SurfacePoint};

@@ -12,6 +12,7 @@ use lightshed_resampling::{
 use lightshed_sampling::{CounterRng, FrameNumbers, PassNumbers};
 use lightshed_scene::Scene;
 use lightshed_scene::glam::Vec2;
+use lightshed_shift::PathSample;
 use lightshed_spatial::{LevelGridOptions, SurfaceSite};
 
 /// Reuse from reservoirs in cells of space, which stay where they are when the camera moves.
@@ -229,6 +230,21 @@ where
             ),
         ]
     }
+}
+
+/// How many of the paths that are held differ: by what a tree of candidates found them.
+pub(super) fn held_paths<'s>(held: impl Iterator<Item = &'s PathSample>) -> Vec<(&'static str, f64)> {
+    let mut keys: Vec<_> = held
+        .map(|path| {
+            let anatomy = path.anatomy();
+            (
+                path.seed().bits(),
+                anatomy.length,
+                anatomy.ends_at_sampled_emitter,
+            )
+        })
+        .collect();
+    held_figures(&mut keys)
 }
 
 /// How many of the samples that pixels hold differ, by their keys.

@@ -5,7 +5,6 @@ mod settings;
 pub use settings::{RestirDiError, RestirDiSettings};
 
 use super::candidates::{KINDS, Survivors, resample_candidates};
-use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, in_batches};
 use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::mutation::mutated;
 use super::passes::{PASSES, Pass};
@@ -16,6 +15,7 @@ use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::transport::met_emission;
 use crate::ray_batch::NOWHERE;
+use crate::reuse_frames::{FrameView, Reservoirs, TwoFrames, extent_of, in_batches};
 use crate::visible_emission::{MOST_EDGES, VisibleFrames};
 use lightshed_caching::{MAX_READS, WorldVisits};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};

@@ -2,7 +2,7 @@
 
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::FrameOfPaths;
-use crate::restir::frames::{FrameView, in_batches};
+use crate::reuse_frames::{FrameView, in_batches};
 use crate::visible_emission::VisibleFrames;
 use crate::{PathTracer, SceneWorld};
 use lightshed_film::{MAX_BATCH, PixelEstimator, RayCounts, RayTally, SampleId};

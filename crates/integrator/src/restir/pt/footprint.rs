@@ -1,7 +1,7 @@
 //! What pixels cover at the surface that they see.
 
 use crate::SceneVertex;
-use crate::restir::frames::corner_of;
+use crate::reuse_frames::corner_of;
 use lightshed_resampling::Extent;
 use lightshed_scene::Camera;
 use lightshed_scene::glam::{Vec2, Vec3};

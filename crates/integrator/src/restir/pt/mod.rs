@@ -14,10 +14,11 @@ pub use options::{
 
 use footprint::PixelFootprint;
 
-use super::frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
-use super::world::{WorldCells, held_figures};
+use super::guiding::PathGuiding;
+use super::world::{WorldCells, held_paths};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
+use crate::reuse_frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
@@ -59,6 +60,8 @@ type PathReservoir<'a, E> = DomainReservoir<SeenPaths<'a, E>>;
 pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
     shift: S,
     world: &'a SceneWorld<'a, E>,
+    /// What guides candidates, if anything does: each frame has the world of its guide.
+    guiding: Option<PathGuiding<'a, E>>,
     options: RestirPtOptions,
     connectability: Connectability,
     pattern: Option<Pattern>,
@@ -161,6 +164,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
         Ok(Self {
             shift: PathShift::default(),
             world,
+            guiding: None,
             options,
             connectability: options.connectability(world.scene())?,
             pattern: options.pattern()?,
@@ -177,11 +181,20 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
         })
     }
 
+    /// With directions of candidates from a guide, too, which is of the same scene.
+    #[must_use]
+    pub fn with_guiding(mut self, guiding: PathGuiding<'a, E>) -> Self {
+        self.world = guiding.world();
+        self.guiding = Some(guiding);
+        self
+    }
+
     /// With another shift among the same domains.
     pub fn with_shift<S>(self, shift: S) -> RestirPt<'a, E, S> {
         RestirPt {
             shift,
             world: self.world,
+            guiding: self.guiding,
             options: self.options,
             connectability: self.connectability,
             pattern: self.pattern,
@@ -199,7 +212,8 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
 impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> RestirPt<'a, E, S> {
     /// Later frames show another world: of the same size, but with lights or surfaces that have
     /// changed. Everything held is forgotten, in pixels and in cells of space: a path keeps the
-    /// radiance that arrives behind its reconnection vertex, and that was the old lights'.
+    /// radiance that arrives behind its reconnection vertex, and that was the old lights'. A guide
+    /// is left behind.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range in this world.
@@ -209,6 +223,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             self.cells = Some(WorldCells::new(world.scene(), reuse).map_err(RestirPtError::World)?);
         }
         (self.world, self.extent) = (world, extent_of(world.scene()));
+        self.guiding = None;
         self.reservoirs.forget();
         self.direct = DirectLight::default();
         Ok(())
@@ -284,7 +299,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let numbers = view.numbers.pass(Pass::Candidates);
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
-        let roulette_from = self.world.scene().settings().roulette_depth;
+        let roulette_from = self.world.roulette_depth();
         let least_length = match self.options.direct_samples {
             0 => 0,
             _ => DIRECT_EDGES + 1,
@@ -397,7 +412,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             let in_time = Reuse::new(pixels, rule.with_mis(Mis::Balance));
             reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
             if self.options.mutations > 0 && !cancel.load(Ordering::Relaxed) {
-                let roulette_from = self.world.scene().settings().roulette_depth;
+                let roulette_from = self.world.roulette_depth();
                 // Numbers of a second reservoir, which no pixel has.
                 let numbers = numbers.reservoir(1);
                 mutation::step(
@@ -479,6 +494,9 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
             (self.extent.width, self.options.points),
         );
         let cancelled = || cancel.load(Ordering::Relaxed);
+        if let Some(guiding) = &self.guiding {
+            self.world = guiding.world();
+        }
         let seen = self.see(view, image, cancel);
         if self.options.direct_samples > 0 && seen.is_some() {
             let samples = self.options.direct_samples;
@@ -501,7 +519,11 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         if !done || cancelled() {
             return None;
         }
-        Some(self.direct.take_counts(self.world, seen.unwrap_or(0)))
+        let mut counts = self.direct.take_counts(self.world, seen.unwrap_or(0));
+        if let Some(guiding) = &mut self.guiding {
+            counts += guiding.finish_frame(view, cancel)?;
+        }
+        Some(counts)
     }
 
     fn is_still(&self) -> bool {
@@ -511,17 +533,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
     /// How many different paths pixels hold after the last frame, and what cells do.
     fn figures(&self) -> Vec<(&'static str, f64)> {
         let held = self.reservoirs.held.iter().filter_map(|held| held.sample());
-        let mut keys: Vec<_> = held
-            .map(|path| {
-                let anatomy = path.anatomy();
-                (
-                    path.seed().bits(),
-                    anatomy.length,
-                    anatomy.ends_at_sampled_emitter,
-                )
-            })
-            .collect();
-        let mut figures = held_figures(&mut keys);
+        let mut figures = held_paths(held);
         figures.extend(self.cells.iter().flat_map(WorldCells::figures));
         figures
     }

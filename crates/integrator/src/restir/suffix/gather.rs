@@ -4,7 +4,7 @@ use super::emission::Emission;
 use super::supports::{GROUP, Pass, Prefixes, SuffixReservoir, Suffixes, Supports};
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
-use crate::restir::frames::{FrameView, corner_of};
+use crate::reuse_frames::{FrameView, corner_of};
 use crate::{SceneVertex, SceneWorld};
 use lightshed_resampling::{
     Conditional, ConditionalShift, ConditionallyIndependent, ContributionWeight, Extent, FinalGather, Input,
@@ -141,7 +141,7 @@ where
 {
     /// Adds the radiance of every pixel to `image`.
     pub fn run(&self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) {
-        let settings = self.world.scene().settings();
+        let roulette_from = self.world.roulette_depth();
         let ends = if self.borrowed > 0 {
             Some(Ends::new(self.supports, self.reservoirs))
         } else {
@@ -151,8 +151,8 @@ where
         let in_batch = (PREFIXES / self.gather.prefixes() as usize).max(1);
         parallel::for_each(image.chunks_mut(GROUP), |group, image| {
             let mut scratch = Scratch {
-                prefixes: PrefixTracer::new(settings.roulette_depth).with_least_length(self.least_length),
-                trees: TreeTracer::new(settings.roulette_depth.saturating_sub(1).max(1)),
+                prefixes: PrefixTracer::new(roulette_from).with_least_length(self.least_length),
+                trees: TreeTracer::new(roulette_from.saturating_sub(1).max(1)),
                 nearest: Nearest::new(self.borrowed, self.within),
                 borrowed: Vec::new(),
                 rays: Vec::new(),

@@ -10,10 +10,12 @@ mod tests;
 
 pub use options::{MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffixError, RestirSuffixOptions};
 
-use super::frames::{Cells, FrameView, extent_of, trace_camera_rays};
+use super::guiding::PathGuiding;
 use super::pt::{DIRECT_EDGES, DirectLight};
+use super::world::held_paths;
 use crate::emitter_sampler::EmitterSampler;
 use crate::restir::pt::MAX_ROUNDS;
+use crate::reuse_frames::{Cells, FrameView, extent_of, trace_camera_rays};
 use crate::visible_emission::VisibleEmission;
 use crate::{CameraMotion, SceneWorld};
 use emission::Emission;
@@ -54,6 +56,8 @@ use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports}
 pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
     shift: S,
     world: &'a SceneWorld<'a, E>,
+    /// What guides prefixes and suffixes, if anything does: each frame has the world of its guide.
+    guiding: Option<PathGuiding<'a, E>>,
     options: RestirSuffixOptions,
     ends: Connectability,
     connectability: Connectability,
@@ -93,6 +97,7 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
         Ok(Self {
             shift: PathShift::default(),
             world,
+            guiding: None,
             options,
             ends,
             connectability,
@@ -110,11 +115,20 @@ impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
         })
     }
 
+    /// With directions of prefixes and suffixes from a guide, too, which is of the same scene.
+    #[must_use]
+    pub fn with_guiding(mut self, guiding: PathGuiding<'a, E>) -> Self {
+        self.world = guiding.world();
+        self.guiding = Some(guiding);
+        self
+    }
+
     /// With another shift among suffixes.
     pub fn with_shift<S>(self, shift: S) -> RestirSuffix<'a, E, S> {
         RestirSuffix {
             shift,
             world: self.world,
+            guiding: self.guiding,
             options: self.options,
             ends: self.ends,
             connectability: self.connectability,
@@ -239,7 +253,7 @@ where
         cancel: &AtomicBool,
     ) {
         let numbers = view.numbers.pass(Pass::Prefixes);
-        let roulette_from = self.world.scene().settings().roulette_depth;
+        let roulette_from = self.world.roulette_depth();
         parallel::for_each(reservoirs.chunks_mut(GROUP), |group, reservoirs| {
             let mut tracer = PrefixTracer::new(roulette_from);
             for (batch, reservoirs) in reservoirs.chunks_mut(BATCH).enumerate() {
@@ -299,7 +313,7 @@ where
         let numbers = view.numbers.pass(Pass::Suffixes);
         let trees = self.options.suffixes.candidates as usize;
         let share = 1.0 / trees as f64;
-        let roulette_from = self.world.scene().settings().roulette_depth;
+        let roulette_from = self.world.roulette_depth();
         let in_batch = (BATCH / trees).max(1);
         parallel::for_each(reservoirs.chunks_mut(GROUP), |group, reservoirs| {
             let mut tracer = TreeTracer::new(roulette_from.saturating_sub(1).max(1));
@@ -452,6 +466,9 @@ where
             (self.extent.width, self.options.suffixes.points),
         );
         image.fill(Rgb::ZERO);
+        if let Some(guiding) = &self.guiding {
+            self.world = guiding.world();
+        }
         let mut camera_rays = self.add_direct(view, image, cancel);
         let mut history = std::mem::take(&mut self.history);
         let lengths = self.world.scene().settings().max_depth.unwrap_or(u32::MAX);
@@ -492,10 +509,20 @@ where
         if !done || cancel.load(Ordering::Relaxed) {
             return None;
         }
-        Some(self.direct.take_counts(self.world, camera_rays))
+        let mut counts = self.direct.take_counts(self.world, camera_rays);
+        if let Some(guiding) = &mut self.guiding {
+            counts += guiding.finish_frame(view, cancel)?;
+        }
+        Some(counts)
     }
 
     fn is_still(&self) -> bool {
         self.motion.is_still()
+    }
+
+    /// How many different suffixes supporting prefixes hold after the last frame.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let held = self.history.suffixes.held.iter();
+        held_paths(held.filter_map(|held| held.sample()))
     }
 }

@@ -1,7 +1,7 @@
 //! Supporting prefixes and the suffixes behind them, as a frame has them.
 
 use crate::emitter_sampler::EmitterSampler;
-use crate::restir::frames::{Reservoirs, TwoFrames};
+use crate::reuse_frames::{Reservoirs, TwoFrames};
 use crate::{SceneVertex, SceneWorld};
 use lightshed_resampling::{Conditional, DomainReservoir};
 use lightshed_sampling::PrimarySample;

@@ -20,7 +20,7 @@ pub use options::{RestirVolumeError, RestirVolumeOptions};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::camera_ray::PixelRay;
-use crate::restir::frames::{FrameView, Reservoirs, TwoFrames, corner_of, extent_of, in_batches};
+use crate::reuse_frames::{FrameView, Reservoirs, TwoFrames, corner_of, extent_of, in_batches};
 use candidates::Sequence;
 use evaluation::Evaluation;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};

@@ -3,6 +3,7 @@
 
 mod direct;
 mod ensemble;
+mod guided_candidates;
 mod hostile;
 mod indirect;
 mod learnt;
