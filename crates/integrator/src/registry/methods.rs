@@ -38,8 +38,6 @@ pub static METHODS: &[MethodEntry] = &[
             options::VISIBLE,
             options::GUIDE,
             options::GUIDE_BITS,
-            options::GUIDE_STATES,
-            options::GUIDE_MEMORY,
             options::GUIDE_TRAINING,
             options::GUIDE_ALWAYS,
             options::GUIDE_BORDERS,
@@ -50,6 +48,8 @@ pub static METHODS: &[MethodEntry] = &[
             options::CACHE_BORDERS,
             options::CACHE_REFINE,
             options::CACHE_SURVIVAL,
+            options::GUIDE_STATES,
+            options::GUIDE_MEMORY,
         ],
         start: path,
     },
@@ -407,13 +407,13 @@ const VOLPATH_OPTIONS: &[MethodOption] = &[
     options::LIGHTS,
     options::GUIDE,
     options::GUIDE_BITS,
-    options::GUIDE_STATES,
-    options::GUIDE_MEMORY,
     options::GUIDE_TRAINING,
     options::GUIDE_ALWAYS,
     options::GUIDE_BORDERS,
     options::GUIDE_SCATTER,
     options::POINTS,
+    options::GUIDE_STATES,
+    options::GUIDE_MEMORY,
 ];
 
 /// Rounds of reuse in pairs: as many partners as neighbours in a disk.
