@@ -47,6 +47,7 @@ impl<'v, 'g> GuidedLobes<'v, 'g> {
             position,
             normal: Some(frame.normal),
             outgoing,
+            lit: None,
         })?;
         Some(Self {
             bsdf,

@@ -5,6 +5,7 @@ pub(super) const SIZE: usize = 16;
 
 /// `β/α`, `m11/α`, `m13`, `m22/α`, see the module.
 #[rustfmt::skip]
+#[expect(clippy::approx_constant, reason = "fitted numbers may look like others")]
 pub(super) const TABLE: [[f32; 4]; SIZE * SIZE] = [
     [0.0000, 1.9900, 0.0008, 1.9901],
     [0.0001, 1.9903, 0.0017, 1.9815],

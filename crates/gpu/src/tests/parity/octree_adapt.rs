@@ -106,8 +106,7 @@ fn compare(gpu: &Gpu, adapter: &OctreeAdapter, seed: u64, steps: u32) -> Result<
             }
         }
         // The parents say where each node is, once more by the way down.
-        for node in 1..nodes {
-            let parent = parents[node];
+        for (node, &parent) in parents.iter().enumerate().take(nodes).skip(1) {
             let above = library.nodes()[parent as usize / 8];
             if above.is_leaf(parent % 8) || above.inner(parent % 8) != node as u32 {
                 return Err(format!("step {step}: the parent of node {node}"));
