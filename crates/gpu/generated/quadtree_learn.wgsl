@@ -5,7 +5,6 @@ struct Learning {
     regions: u32,
     tree_words: u32,
     stride: u32,
-    migrations: u32,
     least_samples: u32,
     eagerness: f32,
     by_variance: u32,
@@ -13,6 +12,7 @@ struct Learning {
     of_tree: f32,
     padding0: u32,
     padding1: u32,
+    padding3: u32,
     prior: vec2u,
     even_scattering: vec2u,
     even_tree: vec2u,
@@ -60,6 +60,12 @@ var<storage, read_write> learning_nodes: array<vec4u>;
 
 @group(0) @binding(7)
 var<storage, read_write> records: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read_write> totals: array<vec2u>;
+
+@group(0) @binding(9)
+var<storage, read> moves: u32;
 
 const SCALE: vec2u = vec2u(0u, 1106247680u);
 
@@ -241,8 +247,13 @@ fn prepare(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) gr
     learning_samples[i] = row;
 }
 
+fn learning_of(own: u32) -> package_lightshed__1quadtree_learning_QuadtreeLearning {
+    let region = learning_regions[own];
+    return package_lightshed__1quadtree_learning_QuadtreeLearning(region.record * learning.stride, learning.tree_words, region.first, region.samples, own * 32u * learning.tree_words, learning.least_samples, learning.eagerness, learning.by_variance == 1u, totals[own], learning.prior, learning.even_scattering, learning.even_tree);
+}
+
 @compute @workgroup_size(256)
-fn learn(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn load_nodes(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let own = package_group__1index_of(group, groups, lane);
     if own >= learning.regions {
         return;
@@ -259,10 +270,18 @@ fn learn(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) grou
     if learning.by_variance == 1u && region.samples > 0u {
         total = package_lightshed_double__1double_divide(total, package_lightshed_double__2double_from_u32(region.samples));
     }
-    if !package_lightshed_double__1double_less(package_lightshed_double_ZERO, total) {
-        return;
+    totals[own] = total;
+    if package_lightshed_double__1double_less(package_lightshed_double_ZERO, total) {
+        package_lightshed__1quadtree_learning__2quadtree_load_nodes(learning_of(own));
     }
-    package_lightshed__1quadtree_learning__1quadtree_learn(package_lightshed__1quadtree_learning_QuadtreeLearning(region.record * learning.stride, learning.tree_words, region.first, region.samples, own * 32u * learning.tree_words, learning.migrations, learning.least_samples, learning.eagerness, learning.by_variance == 1u, total, learning.prior, learning.even_scattering, learning.even_tree));
+}
+
+@compute @workgroup_size(256)
+fn move_leaves(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let own = package_group__1index_of(group, groups, lane);
+    if own < learning.regions && package_lightshed_double__1double_less(package_lightshed_double_ZERO, totals[own]) {
+        package_lightshed__1quadtree_learning__2quadtree_move_leaves(learning_of(own), moves);
+    }
 }
 
 const package_group_GROUP: u32 = 256u;
@@ -281,7 +300,6 @@ struct package_lightshed__1quadtree_learning_QuadtreeLearning {
     first_sample: u32,
     samples: u32,
     first_node: u32,
-    migrations: u32,
     least_samples: u32,
     eagerness: f32,
     by_variance: bool,
@@ -380,40 +398,6 @@ fn package_lightshed__1quadtree_learning__1node_load(tree: package_lightshed__1q
     return bitcast<f32>(load_learning_node(tree.first_node + place).y);
 }
 
-fn package_lightshed__1quadtree_learning__1quadtree_learn(tree: package_lightshed__1quadtree_learning_QuadtreeLearning) {
-    let bits = 32u * tree.words;
-    let first = tree.first_node;
-    var inner = package_lightshed_ray_NOTHING;
-    for (var number = 0u; number < bits / 4u; number++) {
-        var parent = vec4u(0u, 0u, 0u, tree.samples);
-        if number > 0u {
-            inner++;
-            while (!package_lightshed__1quadtree_learning__1tree_bit(tree.first_word, inner)) {
-                inner++;
-            }
-            parent = load_learning_node(first + inner);
-        }
-        package_lightshed__1quadtree_learning__1store_quarters(tree, parent, 4u * number);
-    }
-    for (var count = 0u; count < tree.migrations; count++) {
-        let best = package_lightshed__1quadtree_learning__1best_move(tree);
-        if best.x == package_lightshed_ray_NOTHING || best.y == package_lightshed_ray_NOTHING {
-            return;
-        }
-        if package_lightshed_float__2as_it_is(package_lightshed__1quadtree_learning__1node_load(tree, best.y) * tree.eagerness) <= package_lightshed__1quadtree_learning__1node_load(tree, best.x) {
-            return;
-        }
-        let moved = package_lightshed__1quadtree_learning__1quadtree_migrate(tree.first_word, tree.words, best.x, best.y);
-        for (var place = moved.taken; place + 4u < bits; place++) {
-            store_learning_node(first + place, load_learning_node(first + place + 4u));
-        }
-        for (var place = bits - 1u; place >= moved.put + 4u; place--) {
-            store_learning_node(first + place, load_learning_node(first + place - 4u));
-        }
-        package_lightshed__1quadtree_learning__1store_quarters(tree, load_learning_node(first + moved.split), moved.put);
-    }
-}
-
 fn package_lightshed__1quadtree_learning__1quadtree_migrate(first: u32, words: u32, inner: u32, leaf: u32) -> package_lightshed__1quadtree_learning_QuadtreeMove {
     let start = 4u * (package_lightshed__1quadtree_learning__1tree_rank(first, inner) + 1u);
     let word = first + (inner >> 5u);
@@ -494,6 +478,45 @@ fn package_lightshed__1quadtree_learning__1weight_before(tree: package_lightshed
 }
 
 const package_lightshed__1quadtree_learning__2MAX_QUADTREE_DEPTH: u32 = 14u;
+
+fn package_lightshed__1quadtree_learning__2quadtree_load_nodes(tree: package_lightshed__1quadtree_learning_QuadtreeLearning) {
+    let bits = 32u * tree.words;
+    let first = tree.first_node;
+    var inner = package_lightshed_ray_NOTHING;
+    for (var number = 0u; number < bits / 4u; number++) {
+        var parent = vec4u(0u, 0u, 0u, tree.samples);
+        if number > 0u {
+            inner++;
+            while (!package_lightshed__1quadtree_learning__1tree_bit(tree.first_word, inner)) {
+                inner++;
+            }
+            parent = load_learning_node(first + inner);
+        }
+        package_lightshed__1quadtree_learning__1store_quarters(tree, parent, 4u * number);
+    }
+}
+
+fn package_lightshed__1quadtree_learning__2quadtree_move_leaves(tree: package_lightshed__1quadtree_learning_QuadtreeLearning, moves: u32) {
+    let bits = 32u * tree.words;
+    let first = tree.first_node;
+    for (var count = 0u; count < moves; count++) {
+        let best = package_lightshed__1quadtree_learning__1best_move(tree);
+        if best.x == package_lightshed_ray_NOTHING || best.y == package_lightshed_ray_NOTHING {
+            return;
+        }
+        if package_lightshed_float__2as_it_is(package_lightshed__1quadtree_learning__1node_load(tree, best.y) * tree.eagerness) <= package_lightshed__1quadtree_learning__1node_load(tree, best.x) {
+            return;
+        }
+        let moved = package_lightshed__1quadtree_learning__1quadtree_migrate(tree.first_word, tree.words, best.x, best.y);
+        for (var place = moved.taken; place + 4u < bits; place++) {
+            store_learning_node(first + place, load_learning_node(first + place + 4u));
+        }
+        for (var place = bits - 1u; place >= moved.put + 4u; place--) {
+            store_learning_node(first + place, load_learning_node(first + place - 4u));
+        }
+        package_lightshed__1quadtree_learning__1store_quarters(tree, load_learning_node(first + moved.split), moved.put);
+    }
+}
 
 const package_lightshed_double_INFINITE: u32 = 2146435072u;
 

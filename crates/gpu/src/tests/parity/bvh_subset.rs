@@ -178,9 +178,8 @@ fn other_steps_make_other_trees() {
             "subset_nodes[node].count > 1u",
         ],
         ["node - 2u * leaf", "node - leaf"],
-        // What a cluster costs, ties among them, and the windows.
+        // What a cluster costs, and the windows.
         ["f32(count + 1u)", "f32(count)"],
-        ["cost < least", "cost <= least"],
         ["next + drawing.window", "next + drawing.window - 1u"],
         ["cost <= limit", "cost <= 0.5 * limit"],
     ] {
