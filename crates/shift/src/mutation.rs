@@ -2,7 +2,7 @@
 
 use crate::domain::PathDomain;
 use crate::numbers::PathNumbers;
-use crate::path_shift::{Offset, approach, to_vertex};
+use crate::path_shift::{Offset, Reached, approach, numbers_of, start, to_vertex};
 use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Technique, pack_direction};
 use crate::world::{RayKind, Sight, Suffix, SuffixLight, SuffixLimits, World};
 use lightshed_resampling::Mutation;
@@ -46,7 +46,9 @@ struct Move<'d, W: World> {
     item: usize,
     sample: PathSample,
     domain: &'d PathDomain<'d, W>,
-    offset: Offset<'d, W::Vertex>,
+    /// The vertex before the reconnection vertex, the direction from it to the vertex before, and
+    /// the path's throughput.
+    before: (W::Vertex, Vec3, Vec3),
     /// Density of the old vertex, in area measure, of a density of 1 in solid angle.
     old_area: f32,
     vertex: Option<W::Vertex>,
@@ -138,10 +140,23 @@ impl<'d, W: World> PathMutator<'d, W> {
             return;
         }
         let last = shape.reconnection - 1;
-        let Ok((offset, _)) = approach(&sample, domain, last, last > 1) else {
+        let (mut seen, mut numbers) = (None, numbers_of(&sample, domain, last > 1));
+        let Ok((first, wo)) = start(domain, &mut numbers, &mut seen) else {
             return;
         };
-        let vertex = offset.vertex();
+        let offset = &mut Offset::at(first, wo);
+        let arrived = match &mut numbers {
+            Some(numbers) => approach(domain, offset, last, numbers),
+            None => Ok(()),
+        };
+        if arrived.is_err() {
+            return;
+        }
+        let Reached {
+            vertex,
+            wo,
+            throughput,
+        } = offset.reached();
         let sight = Sight::of(world, world.position(vertex), &world.vertex(&sample.place()));
         self.rays.push(world.ray(vertex, turned(sight.direction, u)));
         self.moves.push(Move {
@@ -149,7 +164,7 @@ impl<'d, W: World> PathMutator<'d, W> {
             sample,
             domain,
             old_area: sight.to_area(Density::new(1.0)).value(),
-            offset,
+            before: (vertex.clone(), wo, throughput),
             vertex: None,
         });
     }
@@ -165,7 +180,7 @@ impl<'d, W: World> PathMutator<'d, W> {
             }
             let Some(vertex) = &moved.vertex else { continue };
             let direction = moved.sample.incident();
-            let sight = Sight::of(world, world.position(moved.offset.vertex()), vertex);
+            let sight = Sight::of(world, world.position(&moved.before.0), vertex);
             let total = world.evaluate(vertex, -sight.direction, direction);
             let lobe = world.evaluate_lobe(vertex, -sight.direction, direction, shape.lobe_at);
             if lobe.weight() == Vec3::ZERO {
@@ -241,11 +256,16 @@ fn behind<W: World>(moved: &Move<'_, W>, light: &SuffixLight) -> Option<Mutation
 fn finish<W: World>(moved: &Move<'_, W>, sample: PathSample) -> Option<Mutation<PathSample>> {
     let (world, vertex) = (moved.domain.world, moved.vertex.as_ref()?);
     let sample = sample.moved_to(world.place(vertex));
-    let image = to_vertex(&sample, moved.domain, &moved.offset, sample.shape()).ok()?;
+    let before = Reached {
+        vertex: &moved.before.0,
+        wo: moved.before.1,
+        throughput: moved.before.2,
+    };
+    let image = to_vertex(&sample, moved.domain, &before, sample.shape()).ok()?;
     if !(image.contribution.max_element() > 0.0 && image.contribution.is_finite()) {
         return None;
     }
-    let sight = Sight::of(world, world.position(moved.offset.vertex()), vertex);
+    let sight = Sight::of(world, world.position(&moved.before.0), vertex);
     let new_area = sight.to_area(Density::new(1.0)).value();
     let solid_angle = |density: f32, area: f32| f64::from(density) / f64::from(area);
     let sample = PathSample {

@@ -119,14 +119,24 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for PathShift {
     }
 }
 
-/// The vertex `y_m` that an offset path has reached.
+/// An offset path on its way. It stays where it is created: vertices are large.
 pub(crate) struct Offset<'a, V> {
-    vertex: At<'a, V>,
-    pub wo: Vec3,
+    /// The vertex `y₁`.
+    first: &'a V,
+    /// The latest two vertices behind it: `y_m` at `m % 2`.
+    own: [Option<V>; 2],
+    /// `m`, the number of the latest vertex.
+    last: u32,
+    wo: Vec3,
     throughput: Vec3,
     before: Option<Before>,
-    /// The previous vertex, where its lobe's spread matters.
-    previous: Option<At<'a, V>>,
+}
+
+/// The vertex `y_m` that an offset path has reached, and what it carries there.
+pub(crate) struct Reached<'v, V> {
+    pub vertex: &'v V,
+    pub wo: Vec3,
+    pub throughput: Vec3,
 }
 
 /// How an offset path left its previous vertex.
@@ -138,13 +148,43 @@ struct Before {
     roughness: f32,
 }
 
-/// A vertex of the domain, or of this path alone.
-enum At<'a, V> {
-    First(&'a V),
-    Own(V),
-}
+impl<'a, V> Offset<'a, V> {
+    /// A path that is at its first vertex, seen from `wo`.
+    #[inline(always)]
+    pub fn at(first: &'a V, wo: Vec3) -> Self {
+        Self {
+            first,
+            own: [None, None],
+            last: 1,
+            wo,
+            throughput: Vec3::ONE,
+            before: None,
+        }
+    }
 
-impl<V> Offset<'_, V> {
+    /// The current vertex, `y_m`.
+    #[inline(always)]
+    fn vertex(&self) -> &V {
+        self.own[self.last as usize % 2].as_ref().unwrap_or(self.first)
+    }
+
+    /// The vertex before it.
+    #[inline(always)]
+    fn previous(&self) -> &V {
+        self.own[(self.last as usize + 1) % 2]
+            .as_ref()
+            .unwrap_or(self.first)
+    }
+
+    #[inline(always)]
+    pub fn reached(&self) -> Reached<'_, V> {
+        Reached {
+            vertex: self.vertex(),
+            wo: self.wo,
+            throughput: self.throughput,
+        }
+    }
+
     /// Whether the pair of the previous vertex and the current one, `y_m`, could be reconnected if
     /// the lobe of the current one is `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
@@ -152,29 +192,16 @@ impl<V> Offset<'_, V> {
         self.before.as_ref().is_some_and(|before| {
             let position = to.world.position(self.vertex());
             let offset = position - before.position;
+            let spreads = || {
+                let density = before.density(to.world, self.previous(), self.vertex());
+                rules.spreads(density)
+            };
             rules.reaches(m)
                 && rules.rough(before.roughness)
                 && rules.returns(roughness, offset.length_squared())
                 && rules.far(position, offset)
-                && self.previous.as_ref().is_none_or(|previous| {
-                    rules.spreads(before.density(to.world, previous.get(), self.vertex()))
-                })
+                && (rules.footprint().is_none() || spreads())
         })
-    }
-
-    #[inline(always)]
-    pub fn vertex(&self) -> &V {
-        self.vertex.get()
-    }
-}
-
-impl<V> At<'_, V> {
-    #[inline(always)]
-    fn get(&self) -> &V {
-        match self {
-            Self::First(vertex) => vertex,
-            Self::Own(vertex) => vertex,
-        }
     }
 }
 
@@ -219,69 +246,83 @@ pub(crate) fn evaluate<W: World>(
     if replays && !rules.replays() {
         return Err(Undefined::NotConnectable);
     }
-    let (offset, mut numbers) = approach(x, to, last, replays)?;
+    let (mut seen, mut numbers) = (None, numbers_of(x, to, replays));
+    let (first, wo) = start(to, &mut numbers, &mut seen)?;
+    let offset = &mut Offset::at(first, wo);
+    if let Some(numbers) = &mut numbers {
+        approach(to, offset, last, numbers)?;
+    }
     if let (false, Some(numbers)) = (anchored, &mut numbers) {
         return match shape.technique {
-            Technique::Emitter => replayed_emitter(to, &offset, shape, numbers),
+            Technique::Emitter => replayed_emitter(to, offset, shape, numbers),
             Technique::Scattering => replayed_scattering(to, offset, shape, numbers),
         };
     }
-    let vertex = offset.vertex();
-    let rough = roughness(world, vertex, shape.lobe_before);
+    let rough = roughness(world, offset.vertex(), shape.lobe_before);
     if offset.connectable(to, last, rough) {
         return Err(Undefined::NotInvertible);
     }
     if !rules.rough(rough) {
         return Err(Undefined::NotConnectable);
     }
+    let reached = &offset.reached();
     match (shape.anchor, shape.technique) {
-        (AnchorKind::Vertex, _) => to_vertex(x, to, &offset, shape),
-        (_, Technique::Emitter) => to_sampled_emitter(x, to, &offset),
-        (_, Technique::Scattering) => to_met_emitter(x, to, &offset, shape),
+        (AnchorKind::Vertex, _) => to_vertex(x, to, reached, shape),
+        (_, Technique::Emitter) => to_sampled_emitter(x, to, reached),
+        (_, Technique::Scattering) => to_met_emitter(x, to, reached, shape),
     }
 }
 
-/// The vertex `y_last` of the offset path, and the random numbers that led there if it took any.
-pub(crate) fn approach<'a, W: World>(
+/// The random numbers of the base path, if the offset path takes any.
+pub(crate) fn numbers_of<W: World>(
     x: &PathSample,
-    to: &'a PathDomain<'_, W>,
-    last: u32,
+    to: &PathDomain<'_, W>,
     replays: bool,
-) -> Result<(Offset<'a, W::Vertex>, Option<PathNumbers>), Undefined> {
-    let (rules, world) = (&to.connectability, to.world);
+) -> Option<PathNumbers> {
     let from_sensor = matches!(to.start, Start::Sensor(_));
-    let mut numbers = (replays || from_sensor).then(|| PathNumbers::new(x.seed));
-    let (vertex, wo) = match (&to.start, &mut numbers) {
+    (replays || from_sensor).then(|| PathNumbers::new(x.seed))
+}
+
+/// The first vertex of an offset path, and the direction to the viewer. `seen` keeps the vertex if
+/// the domain's is a sensor.
+#[inline(always)]
+pub(crate) fn start<'a, W: World>(
+    to: &'a PathDomain<'_, W>,
+    numbers: &mut Option<PathNumbers>,
+    seen: &'a mut Option<W::Vertex>,
+) -> Result<(&'a W::Vertex, Vec3), Undefined> {
+    match (&to.start, numbers) {
+        (Start::Vertex { first, wo }, _) => Ok((first, *wo)),
         (Start::Sensor(sensor), Some(numbers)) => {
-            let (ray, direction) = world
+            let (ray, direction) = to
+                .world
                 .sensor_ray(sensor, numbers.sensor())
                 .ok_or(Undefined::OutsideDomain)?;
-            let seen = world
-                .trace(&ray, RayKind::Sensor)
-                .ok_or(Undefined::OutsideDomain)?;
-            (At::Own(seen), -direction)
+            *seen = to.world.trace(&ray, RayKind::Sensor);
+            let seen = seen.as_ref().ok_or(Undefined::OutsideDomain)?;
+            Ok((seen, -direction))
         }
-        (Start::Vertex { first, wo }, _) => (At::First(first), *wo),
-        (Start::Sensor(_), None) => return Err(Undefined::OutsideDomain),
-    };
-    let mut offset = Offset {
-        vertex,
-        wo,
-        throughput: Vec3::ONE,
-        before: None,
-        previous: None,
-    };
-    if let Some(numbers) = &mut numbers {
-        for m in 1..last {
-            let ((ray, _), _) = replay(to, &mut offset, m, numbers)?;
-            let next = world
-                .trace(&ray, RayKind::Replay)
-                .ok_or(Undefined::OutsideDomain)?;
-            let previous = std::mem::replace(&mut offset.vertex, At::Own(next));
-            offset.previous = rules.footprint().is_some().then_some(previous);
-        }
+        (Start::Sensor(_), None) => Err(Undefined::OutsideDomain),
     }
-    Ok((offset, numbers))
+}
+
+/// Follows the offset path to its vertex `y_last` by the random numbers of the base path.
+pub(crate) fn approach<W: World>(
+    to: &PathDomain<'_, W>,
+    offset: &mut Offset<'_, W::Vertex>,
+    last: u32,
+    numbers: &mut PathNumbers,
+) -> Result<(), Undefined> {
+    for m in 1..last {
+        let ((ray, _), _) = replay(to, offset, m, numbers)?;
+        let next = to.world.trace(&ray, RayKind::Replay);
+        if next.is_none() {
+            return Err(Undefined::OutsideDomain);
+        }
+        offset.last = m + 1;
+        offset.own[offset.last as usize % 2] = next;
+    }
+    Ok(())
 }
 
 /// The lobe by which an offset path left a vertex.
@@ -348,7 +389,7 @@ fn replayed_emitter<W: World>(
     if rules.reaches(shape.length) && rules.rough(widest) && to.far_enough(vertex, offset.wo, &endpoint) {
         return Err(Undefined::NotInvertible);
     }
-    let (contribution, _, ray) = sampled_emitter(to, offset, &endpoint)?;
+    let (contribution, _, ray) = sampled_emitter(to, &offset.reached(), &endpoint)?;
     Ok(Evaluated {
         contribution,
         density: 1.0,
@@ -360,29 +401,29 @@ fn replayed_emitter<W: World>(
 /// the segment that must be free.
 fn sampled_emitter<W: World>(
     to: &PathDomain<'_, W>,
-    offset: &Offset<'_, W::Vertex>,
+    reached: &Reached<'_, W::Vertex>,
     endpoint: &Endpoint,
 ) -> Result<(Vec3, f32, W::Ray), Undefined> {
-    let (world, vertex) = (to.world, offset.vertex());
+    let (world, vertex) = (to.world, reached.vertex);
     let connection = world.connect(vertex, endpoint).ok_or(Undefined::OutsideDomain)?;
-    let scattering = world.evaluate(vertex, offset.wo, connection.direction);
+    let scattering = world.evaluate(vertex, reached.wo, connection.direction);
     let is_delta = matches!(endpoint, Endpoint::Delta(_));
     let omega = emitter_weight(connection.pdf, scattering.pdf, is_delta);
     let incident = connection.radiance / connection.pdf.value();
-    let contribution = offset.throughput * (scattering.value * incident * omega);
+    let contribution = reached.throughput * (scattering.value * incident * omega);
     Ok((contribution, connection.own_density.value(), connection.ray))
 }
 
 /// A fully replayed path that hits an emitter.
 fn replayed_scattering<W: World>(
     to: &PathDomain<'_, W>,
-    mut offset: Offset<'_, W::Vertex>,
+    offset: &mut Offset<'_, W::Vertex>,
     shape: Shape,
     numbers: &mut PathNumbers,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules) = (to.world, &to.connectability);
     let site = world.site(offset.vertex());
-    let ((ray, direction), left) = replay(to, &mut offset, shape.length - 1, numbers)?;
+    let ((ray, direction), left) = replay(to, offset, shape.length - 1, numbers)?;
     let met = world.trace(&ray, RayKind::Replay);
     let far = offset.before.as_ref().is_some_and(|before| match &met {
         Some(met) => {
@@ -418,10 +459,10 @@ fn replayed_scattering<W: World>(
 pub(crate) fn to_vertex<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<'_, W::Vertex>,
+    reached: &Reached<'_, W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
-    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
+    let (world, rules, vertex) = (to.world, &to.connectability, reached.vertex);
     let kept = world.vertex(&x.place());
     let sight = Sight::of(world, world.position(vertex), &kept);
     if !rules.far(sight.position, sight.offset)
@@ -430,7 +471,7 @@ pub(crate) fn to_vertex<W: World>(
         return Err(Undefined::NotConnectable);
     }
     let direction = sight.direction;
-    let towards = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
+    let towards = world.evaluate_lobe(vertex, reached.wo, direction, shape.lobe_before);
     let area = sight.to_area(towards.pdf);
     if !rules.spreads(area) {
         return Err(Undefined::NotConnectable);
@@ -454,7 +495,7 @@ pub(crate) fn to_vertex<W: World>(
         (scattering.weight() * arriving * omega, density)
     };
     Ok(Evaluated {
-        contribution: offset.throughput * towards.weight() * here,
+        contribution: reached.throughput * towards.weight() * here,
         density,
         ray: Some(world.segment(vertex, &kept)),
     })
@@ -464,13 +505,13 @@ pub(crate) fn to_vertex<W: World>(
 fn to_sampled_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<'_, W::Vertex>,
+    reached: &Reached<'_, W::Vertex>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let endpoint = x.endpoint();
-    if !to.far_enough(offset.vertex(), offset.wo, &endpoint) {
+    if !to.far_enough(reached.vertex, reached.wo, &endpoint) {
         return Err(Undefined::NotConnectable);
     }
-    let (contribution, density, ray) = sampled_emitter(to, offset, &endpoint)?;
+    let (contribution, density, ray) = sampled_emitter(to, reached, &endpoint)?;
     Ok(Evaluated {
         contribution,
         density,
@@ -483,10 +524,10 @@ fn to_sampled_emitter<W: World>(
 fn to_met_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<'_, W::Vertex>,
+    reached: &Reached<'_, W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
-    let (world, vertex) = (to.world, offset.vertex());
+    let (world, vertex) = (to.world, reached.vertex);
     let site = world.site(vertex);
     let (met, sight);
     let (direction, end, sight, ray) = match x.endpoint() {
@@ -504,8 +545,8 @@ fn to_met_emitter<W: World>(
     };
     let radiance = end.radiance(world, direction);
     let emitter_pdf = end.emitter_pdf(world, &site, direction, radiance);
-    let scattering = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
-    let total_pdf = world.evaluate(vertex, offset.wo, direction).pdf;
+    let scattering = world.evaluate_lobe(vertex, reached.wo, direction, shape.lobe_before);
+    let total_pdf = world.evaluate(vertex, reached.wo, direction).pdf;
     let omega = scattering_weight(total_pdf, emitter_pdf);
     let rules = &to.connectability;
     let (spreads, density) = match sight {
@@ -519,7 +560,7 @@ fn to_met_emitter<W: World>(
         return Err(Undefined::NotConnectable);
     }
     Ok(Evaluated {
-        contribution: offset.throughput * scattering.weight() * radiance * omega,
+        contribution: reached.throughput * scattering.weight() * radiance * omega,
         density,
         ray: Some(ray),
     })
