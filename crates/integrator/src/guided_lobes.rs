@@ -34,7 +34,8 @@ pub(crate) struct GuidedLobes<'v, 'g> {
 
 impl<'v, 'g> GuidedLobes<'v, 'g> {
     /// At a vertex that is seen from the unit direction `outgoing`; `None` where nothing is guided.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     pub fn at(
         field: &'g SceneField,
         (position, bsdf, frame): (Vec3, &'v Bsdf, &'v Frame),
@@ -88,7 +89,7 @@ impl<'v, 'g> GuidedLobes<'v, 'g> {
     }
 
     /// One lobe towards a direction of the world.
-    #[inline]
+    #[inline(never)]
     pub fn evaluate_lobe(&self, wi: Vec3, lobe: u8) -> Scattering {
         let guided = match is_wide(self.bsdf, lobe) {
             true => self.directions.pdf(wi),
@@ -98,13 +99,13 @@ impl<'v, 'g> GuidedLobes<'v, 'g> {
     }
 
     /// All lobes towards a direction of the world.
-    #[inline]
+    #[inline(never)]
     pub fn evaluate(&self, wi: Vec3) -> Scattering {
         self.all(self.frame.to_local(wi), self.directions.pdf(wi))
     }
 
     /// A lobe by `u_lobe`, and a direction of it or of the guide by `u`.
-    #[inline]
+    #[inline(never)]
     pub fn sample(&self, u_lobe: f32, [u, v]: [f32; 2]) -> Option<LobeDirection> {
         let lobe = self.choose(u_lobe)?;
         let share = if is_wide(self.bsdf, lobe) { self.share } else { 0.0 };
