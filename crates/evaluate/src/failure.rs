@@ -30,6 +30,8 @@ pub enum EvaluateError {
     Record(String),
     /// An image viewer cannot be reached.
     Viewer(String),
+    /// A denoiser cannot filter a frame.
+    Filter(String),
 }
 
 impl fmt::Display for EvaluateError {
@@ -48,6 +50,7 @@ impl fmt::Display for EvaluateError {
             Self::Render(error) => error.fmt(f),
             Self::Record(reason) => write!(f, "the kept record: {reason}"),
             Self::Viewer(reason) => write!(f, "the image viewer: {reason}"),
+            Self::Filter(reason) => write!(f, "the denoiser: {reason}"),
         }
     }
 }

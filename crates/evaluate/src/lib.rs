@@ -43,6 +43,7 @@
 //! # Features
 //!
 //! - `flip`: the image metric FLIP in reports.
+//! - `oidn`: Intel's denoiser, which must be installed.
 #![forbid(unsafe_code)]
 
 mod agreement;
@@ -51,6 +52,8 @@ mod contest;
 mod errors;
 mod failure;
 mod interval;
+#[cfg(feature = "oidn")]
+mod oidn;
 mod plot;
 mod reference;
 mod report;
@@ -73,6 +76,8 @@ pub use interval::Interval;
 pub use lightshed_film as film;
 pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
+#[cfg(feature = "oidn")]
+pub use oidn::Oidn;
 pub use plot::{Axis, Plot};
 pub use reference::Reference;
 pub use report::{

@@ -1,5 +1,6 @@
 //! What can be asked for.
 
+use crate::moving::DenoiserKind;
 use clap::Parser;
 use lightshed::film::ShardPart;
 use lightshed::integrator::{Method, MethodError, MethodRequest};
@@ -54,6 +55,9 @@ pub struct Arguments {
     /// Share of the scene's size by which the camera moves to the right from frame to frame.
     #[arg(long = "move", value_name = "SHARE", default_value_t = 0.005)]
     pub moves: f32,
+    /// What filters these frames.
+    #[arg(long, value_enum, default_value_t = DenoiserKind::Svgf)]
+    pub denoiser: DenoiserKind,
     /// Other seeds, other noise.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,

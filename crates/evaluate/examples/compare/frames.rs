@@ -2,15 +2,13 @@
 
 use crate::arguments::Arguments;
 use crate::bar;
-use crate::moving::{CameraPath, Failure, Moving, View, image, started, views};
+use crate::moving::{CameraPath, Denoiser, DenoiserKind, Failure, Moving, View, image, started, views};
 use crate::references::Growing;
 use crate::scenes::Subject;
 use lightshed::film::{FrameMethod, RgbImage, process_cpu_seconds};
 use lightshed::integrator::{CameraMotion, Method, Stage};
 use lightshed::scene::{Rgb, Scene};
-use lightshed_evaluate::{
-    EvaluateError, FrameErrors, Reference, ReportMotion, ReportSequence, Svgf, SvgfOptions,
-};
+use lightshed_evaluate::{EvaluateError, FrameErrors, Reference, ReportMotion, ReportSequence};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a frame of the baseline where no method chains frames.
@@ -45,6 +43,7 @@ pub fn frames(
         size: still.size(),
         cancel,
         frame: vec![Rgb::ZERO; views[0].emission.len()],
+        denoiser: arguments.denoiser,
         tick: &|| bar.inc(1),
     };
     let costs: Vec<f64> = methods
@@ -88,8 +87,8 @@ pub fn frames(
     let noise = judge(arguments, subject, path, &young, &mut sequences, cancel)?;
     Ok(ReportMotion {
         about: format!(
-            "The camera moves to the right by {} of the scene's size from frame to frame, for {count} frames.",
-            arguments.moves
+            "The camera moves to the right by {} of the scene's size from frame to frame, for {count} frames. The filter is {}.",
+            arguments.moves, arguments.denoiser,
         ),
         seconds,
         noise: Some(noise),
@@ -104,6 +103,7 @@ struct Run<'a> {
     size: [u32; 2],
     cancel: &'a AtomicBool,
     frame: Vec<Rgb>,
+    denoiser: DenoiserKind,
     tick: &'a dyn Fn(),
 }
 
@@ -147,12 +147,12 @@ impl Run<'_> {
         chain: &mut dyn FrameMethod,
         views: &[View],
     ) -> Result<(ReportSequence, Vec<f32>), Failure> {
-        let mut filter = Svgf::new(self.size, SvgfOptions::default());
+        let mut filter = Denoiser::new(self.denoiser, self.size)?;
         let mut frames = [Vec::new(), Vec::new()];
         let mut seconds = 0.0;
         for (number, view) in (0..).zip(views) {
             seconds += self.step(chain, number)? / views.len() as f64;
-            let filtered = view.filtered(&mut filter, &self.frame).ok_or("another size")?;
+            let filtered = filter.filter(view, &self.frame)?;
             frames[0].push(image(self.size, &self.frame)?);
             frames[1].push(image(self.size, &filtered)?);
             (self.tick)();

@@ -21,8 +21,8 @@ use clap::Parser;
 use lightshed::film::{FrameMethod, process_cpu_seconds, read_exr, write_png};
 use lightshed::integrator::{CameraMotion, Method, PathTracer, Stage};
 use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
-use lightshed_evaluate::{Reference, Svgf, SvgfOptions, TemporalStudy};
-use moving::{CameraPath, Failure, Moving, View, image, started, views};
+use lightshed_evaluate::{Reference, TemporalStudy};
+use moving::{CameraPath, Denoiser, DenoiserKind, Failure, Moving, View, image, started, views};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -72,6 +72,9 @@ struct Arguments {
     /// Half of the frames away, the other half the same way back.
     #[arg(long = "return")]
     returns: bool,
+    /// What filters frames.
+    #[arg(long, value_enum, default_value_t = DenoiserKind::Svgf)]
+    denoiser: DenoiserKind,
     /// Prints a table of errors instead, relative squared ones unless it says otherwise, of a still
     /// camera and, with `--move`, of a moving one; the least error of a row is bold.
     #[arg(long)]
@@ -159,7 +162,7 @@ impl Study<'_> {
     ) -> Result<Vec<Rgb>, Failure> {
         let Arguments { frames, .. } = self.arguments;
         let size = self.reference.size();
-        let mut filter = Svgf::new(size, SvgfOptions::default());
+        let mut filter = Denoiser::new(self.arguments.denoiser, size)?;
         let mut frame = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
         let mut filtered = frame.clone();
         // What is still is judged by several frames.
@@ -176,7 +179,7 @@ impl Study<'_> {
                 / f64::from(*frames);
             errors.seconds += (cpu() - start) / f64::from(*frames);
             let view = &self.views[(number as usize).min(self.views.len() - 1)];
-            filtered = view.filtered(&mut filter, &frame).ok_or("another size")?;
+            filtered = filter.filter(view, &frame)?;
             if number + judged.max(1) < *frames {
                 continue;
             }

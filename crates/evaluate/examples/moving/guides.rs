@@ -3,7 +3,7 @@
 use lightshed::integrator::CameraMotion;
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{Camera, Rgb, Scene};
-use lightshed_evaluate::{PixelGuide, Svgf};
+use lightshed_evaluate::PixelGuide;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What is known of a frame before it is rendered.
@@ -30,20 +30,9 @@ impl View {
         self.guides[pixel].normal != Vec3::ZERO && self.emission[pixel] == Rgb::ZERO
     }
 
-    /// The frame after the filter, which sees it without the emission that is seen directly. `None`
-    /// for a frame of another size.
-    pub fn filtered(&self, filter: &mut Svgf, frame: &[Rgb]) -> Option<Vec<Rgb>> {
-        let reflected: Vec<Rgb> = frame
-            .iter()
-            .zip(&self.emission)
-            .map(|(all, own)| all - own)
-            .collect();
-        let mut filtered = filter.filter(&reflected, &self.guides)?;
-        filtered
-            .iter_mut()
-            .zip(&self.emission)
-            .for_each(|(value, own)| *value += own);
-        Some(filtered)
+    /// What filters are told of each pixel.
+    pub fn guides(&self) -> &[PixelGuide] {
+        &self.guides
     }
 }
 

@@ -3,10 +3,12 @@
 
 mod camera_path;
 mod chains;
+mod denoiser;
 mod guides;
 
 pub use camera_path::CameraPath;
 pub use chains::{Moving, started};
+pub use denoiser::{Denoiser, DenoiserKind};
 pub use guides::{View, views};
 use lightshed::film::RgbImage;
 use lightshed::scene::Rgb;

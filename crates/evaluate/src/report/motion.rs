@@ -67,8 +67,7 @@ pub fn motion(body: &mut String, motion: &ReportMotion, exposure: f32) -> Result
     let _ = writeln!(
         body,
         "<h3>Frames of a moving camera</h3>\n<p>{} Every method makes each frame in {:.3} processor seconds, or in the time of \
-         its cheapest frame where that is longer. “Filtered” is after a spatiotemporal variance-guided filter (SVGF), which is biased on \
-         purpose.</p>",
+         its cheapest frame where that is longer. Filtered frames are biased on purpose.</p>",
         escape(&motion.about),
         motion.seconds,
     );
