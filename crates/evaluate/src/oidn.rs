@@ -5,8 +5,8 @@ use crate::svgf::PixelGuide;
 use lightshed_sampling::Rgb;
 use lightshed_sampling::glam::Vec3;
 
-/// Intel's Open Image Denoise on the processor: a neural network that sees one frame, its albedo and
-/// its normals.
+/// Intel's Open Image Denoise on the processor: a neural network that sees one frame, its albedo
+/// and its normals.
 ///
 /// A measuring instrument as [`Svgf`](crate::Svgf) is, but it knows nothing of earlier frames. The
 /// guides count as free of noise. Its images are biased.
