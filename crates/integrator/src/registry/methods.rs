@@ -167,6 +167,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::PAIRS,
             options::MUTATIONS,
             options::RESERVOIRS,
@@ -198,6 +199,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::RESERVOIRS,
             options::WORLD_CELLS,
             options::WORLD_CAP,
@@ -222,6 +224,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::RESERVOIRS,
             options::WORLD_CELLS,
             options::WORLD_CAP,
@@ -235,6 +238,7 @@ pub static METHODS: &[MethodEntry] = &[
             let mut settings = RestirDiSettings {
                 points: values.points(),
                 visible_emission: values.visible_emission(),
+                stratified: values.is_on(&options::STRATIFIED),
                 ..RestirDiSettings::UNBIASED
             };
             if knows_the_point {
@@ -443,6 +447,7 @@ fn restir_di<'b>(
     let settings = RestirDiSettings {
         points: values.points(),
         visible_emission: values.visible_emission(),
+        stratified: values.is_on(&options::STRATIFIED),
         ..in_world(values, settings)
     };
     let method = RestirDi::new(stage.scene(), any_emitters(stage, values)?, settings);

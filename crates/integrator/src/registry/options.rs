@@ -299,6 +299,12 @@ pub const MUTATIONS: MethodOption = MethodOption::new(
      vertex at which its path reconnects",
 );
 
+/// Candidates that know of each other.
+pub const STRATIFIED: MethodOption = MethodOption::switch(
+    "stratified",
+    "Stratify a pixel's candidates for light: a lattice with one random shift, and one number to choose among them",
+);
+
 /// Reconnections by the spread of paths.
 pub const FOOTPRINT: MethodOption = MethodOption::new(
     "footprint",
