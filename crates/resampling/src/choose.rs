@@ -91,7 +91,7 @@ impl<R: Rng> Choose for OneNumber<R> {
         self.u = (self.u - start) / width;
         self.spacing /= width;
         if self.spacing > COARSE {
-            self.u += f64_from_u64(self.rng.next_u64()) * self.spacing;
+            self.u += f64_from_u64(self.rng.next_u64()) * self.spacing.min(1.0);
             self.spacing = FINE;
         }
         self.u = self.u.min(1.0 - FINE);
