@@ -37,7 +37,7 @@ mod stochastic_mis;
 mod storage;
 mod weight;
 
-pub use choose::{Choose, OneNumber};
+pub use choose::Choose;
 pub use conditional::{Conditional, ConditionalShift};
 pub use diagnostics::{
     DistinctSamples, Moments, correlation, duplicate_rate, neighbour_correlation, series_autocorrelation,

@@ -302,7 +302,7 @@ pub const MUTATIONS: MethodOption = MethodOption::new(
 /// Candidates that know of each other.
 pub const STRATIFIED: MethodOption = MethodOption::switch(
     "stratified",
-    "Stratify a pixel's candidates for light: a lattice with one random shift, and one number to choose among them",
+    "Stratify a pixel's candidates for light: a lattice with one random shift",
 );
 
 /// Reconnections by the spread of paths.

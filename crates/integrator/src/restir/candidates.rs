@@ -4,7 +4,7 @@ use super::light::{DirectReservoir, EndpointSpace, LightSample, lit_over};
 use super::primary::Primary;
 use crate::emitter_sampler::EmitterSampler;
 use crate::light_selection::shading_point;
-use lightshed_resampling::{Choose, ContributionWeight, MixtureRis, OneNumber, balance_over_techniques};
+use lightshed_resampling::{ContributionWeight, MixtureRis, balance_over_techniques};
 use lightshed_sampling::{CounterRng, f32_from_u32};
 use lightshed_scene::EmitterEndpoint;
 
@@ -66,48 +66,36 @@ impl Survivors {
     }
 }
 
-/// The random numbers of a pixel's candidates: of each, and of the choice among them.
-pub(crate) enum CandidateNumbers {
-    /// Independent of each other.
-    Independent(CounterRng),
-    /// Stratified over the candidates.
-    Stratified {
-        /// What the lattice starts from: for the choice of an emitter, and the place on it.
-        starts: [u64; 3],
-        /// One number makes all choices.
-        choices: OneNumber<CounterRng>,
-    },
+/// The random numbers of a pixel's candidates, and of the choice among them.
+pub(crate) struct CandidateNumbers {
+    /// What the lattice starts from: for the choice of an emitter, and the place on it. Candidates
+    /// are independent without.
+    starts: Option<[u64; 3]>,
+    rng: CounterRng,
 }
 
 impl CandidateNumbers {
-    /// The numbers of all candidates are those of a lattice that is shifted at random, and one number
-    /// makes all choices among them. Each candidate alone is as it would be, and the estimate is
-    /// linear in the candidates, so it needs no more. `words` are those of a point set: three for
-    /// the shift, one for the choices; `rng` has the bits behind them.
-    pub fn stratified([select, u, v, choice]: [u32; 4], mut rng: CounterRng) -> Self {
-        let starts = [select, u, v].map(|word| u64::from(word) << 32 | u64::from(rng.next_u32()));
-        Self::Stratified {
-            starts,
-            choices: OneNumber::from_u32(choice, rng),
+    pub fn independent(rng: CounterRng) -> Self {
+        Self { starts: None, rng }
+    }
+
+    /// The numbers of all candidates are those of a lattice that is shifted at random. Each candidate
+    /// alone is as it would be, and the estimate is linear in the candidates, so it needs no more.
+    /// `words` are those of a point set; `rng` has the bits behind them, and makes the choice.
+    pub fn stratified(words: [u32; 3], mut rng: CounterRng) -> Self {
+        let starts = words.map(|word| u64::from(word) << 32 | u64::from(rng.next_u32()));
+        Self {
+            starts: Some(starts),
+            rng,
         }
     }
 
     /// Those of candidate `number` of `count`: choice of an emitter, and place on it.
     #[inline]
     fn candidate(&mut self, number: u32, count: u32) -> (u64, [f32; 2]) {
-        match self {
-            Self::Independent(rng) => (rng.next_u64(), rng.next_2d()),
-            Self::Stratified { starts, .. } => lattice(*starts, number, count),
-        }
-    }
-}
-
-impl Choose for CandidateNumbers {
-    #[inline]
-    fn accept(&mut self, part: f64, total: f64) -> bool {
-        match self {
-            Self::Independent(rng) => rng.accept(part, total),
-            Self::Stratified { choices, .. } => choices.accept(part, total),
+        match self.starts {
+            None => (self.rng.next_u64(), self.rng.next_2d()),
+            Some(starts) => lattice(starts, number, count),
         }
     }
 }
@@ -140,7 +128,7 @@ pub(crate) fn resample_candidates(
     let mut kinds = [const { MixtureRis::<(LightSample, Technique), EndpointSpace>::new() }; KINDS];
     let from = primary.point.position;
     let site = sampler.site(|| shading_point(&primary.point, &primary.bsdf, primary.wo));
-    let mut offer = |endpoint: EmitterEndpoint, probability: Option<f32>, numbers: &mut CandidateNumbers| {
+    let mut offer = |endpoint: EmitterEndpoint, probability: Option<f32>, rng: &mut CounterRng| {
         let technique = match probability {
             Some(_) => Technique::Emitter,
             None => Technique::Bsdf,
@@ -160,16 +148,16 @@ pub(crate) fn resample_candidates(
             endpoint,
             value: lit.value,
         };
-        kinds[kind(&endpoint)].candidate((sample, technique), sample.target(), mis, weight, numbers);
+        kinds[kind(&endpoint)].candidate((sample, technique), sample.target(), mis, weight, rng);
     };
     for number in 0..count {
         let (u_select, u) = numbers.candidate(number, count);
         if let Some((endpoint, probability)) = sampler.sample_endpoint(from, &site, u_select, u) {
-            offer(endpoint, Some(probability), numbers);
+            offer(endpoint, Some(probability), &mut numbers.rng);
         }
     }
     if let Some(endpoint) = by_bsdf {
-        offer(endpoint, None, numbers);
+        offer(endpoint, None, &mut numbers.rng);
     }
     let mut survivors = Survivors {
         reservoirs: [DirectReservoir::empty(1.0); KINDS],

@@ -1,10 +1,9 @@
 //! Weighted selection against exact probabilities. Each statistical test rejects a correct sampler
 //! with probability 1e-6; seeds are fixed.
 
-use lightshed_resampling::{Choose, JumpSelection, OneNumber, Selection, Selections, WithoutReplacement};
+use lightshed_resampling::{Choose, JumpSelection, Selection, Selections, WithoutReplacement};
 use lightshed_sampling::{CompensatedSum, CounterRng};
 use lightshed_testkit::{MeanTest, check_faults, chi_squared_test, distribution, rng};
-use rand::Rng as _;
 
 const SIGNIFICANCE: f64 = 1e-6;
 const WEIGHTS: [f64; 7] = [0.5, 0.0, 3.0, 1e-3, 1.5, f64::NAN, 2.0];
@@ -66,92 +65,6 @@ fn independent_selections_are_exact_and_independent() {
             let joint = pmf.get(&[Some(i), Some(j)]).copied().unwrap_or(0.0);
             assert!((joint - p[i] * p[j]).abs() < 1e-15, "{i} {j}");
         }
-    }
-}
-
-/// What can be planted among decisions by one number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum OneNumberFault {
-    /// Each decision uses the number as it is.
-    NotRescaled,
-    /// What a rejection leaves is not stretched.
-    RejectionKept,
-}
-
-/// [`OneNumber`] without generator, with a fault.
-struct Faulty(f64, OneNumberFault);
-
-impl Choose for Faulty {
-    fn accept(&mut self, part: f64, total: f64) -> bool {
-        let share = part / total;
-        let accepted = self.0 < share || part >= total;
-        if self.1 == OneNumberFault::RejectionKept && accepted {
-            self.0 = (self.0 / share).min(1.0 - 1e-16);
-        }
-        accepted
-    }
-}
-
-/// All outcomes of one number on a grid, whose cells the boundaries of dyadic shares do not cut: the
-/// frequencies are exact. The outcome is monotone in the number, so each item has one interval.
-#[test]
-fn one_number_decides_with_the_exact_frequencies() {
-    const CELLS: u32 = 1600;
-    let weights = [1.0, 2.0, 0.0, 5.0, 8.0];
-    let outcomes = |fault: Option<OneNumberFault>| -> Vec<usize> {
-        let outcome = |cell: u32| {
-            let u = (f64::from(cell) + 0.5) / f64::from(CELLS);
-            let mut one = OneNumber::new(u, CounterRng::new(1, 2, 3));
-            let mut faulty = fault.map(|fault| Faulty(u, fault));
-            let mut selection = Selection::new();
-            for (i, w) in weights.into_iter().enumerate() {
-                match &mut faulty {
-                    None => selection.offer(i, w, &mut one),
-                    Some(faulty) => selection.offer(i, w, faulty),
-                };
-            }
-            selection.into_item().expect("weights are positive")
-        };
-        (0..CELLS).map(outcome).collect()
-    };
-    check_faults(
-        &[OneNumberFault::NotRescaled, OneNumberFault::RejectionKept],
-        |fault| {
-            let found = outcomes(fault);
-            for (i, w) in weights.into_iter().enumerate() {
-                let count = found.iter().filter(|&&outcome| outcome == i).count();
-                if count != (w / 16.0 * f64::from(CELLS)) as usize {
-                    return Err(format!("{count} of item {i}"));
-                }
-            }
-            Ok(())
-        },
-    )
-    .unwrap();
-    let found = outcomes(None);
-    let changes = found.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    assert_eq!(changes, 3, "an interval for each of four items");
-}
-
-/// A long stream uses up more bits than a number has; those of the generator take their place.
-#[test]
-fn one_number_serves_a_long_stream() {
-    let mut seeds = rng(5);
-    let mut sums = [MeanTest::new(), MeanTest::new()];
-    for run in 0..4000 {
-        let mut one = OneNumber::from_u32(seeds.next_u32(), CounterRng::new(9, 1, run));
-        let mut selection = Selection::new();
-        for i in 0..2000u32 {
-            selection.offer(i, 1.0, &mut one);
-        }
-        let x = f64::from(selection.into_item().expect("weights are positive")) / 1999.0;
-        sums[0].push(x);
-        sums[1].push(x * x);
-    }
-    let expected = [0.5, 1.0 / 3.0 + 1.0 / (6.0 * 1999.0)];
-    for (sum, expected) in sums.iter().zip(expected) {
-        let score = (sum.mean() - expected) / (sum.variance() / 4000.0).sqrt();
-        assert!(score.abs() < 5.0, "{score}");
     }
 }
 

@@ -230,13 +230,14 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         let numbers = view.numbers.pass(Pass::Candidates);
         let mut rng = numbers.pixel(index);
         if !self.settings.stratified {
-            return CandidateNumbers::Independent(rng);
+            return CandidateNumbers::independent(rng);
         }
         // The words of the block are the stream's first where points are independent.
         for _ in 0..4 {
             rng.next_u32();
         }
-        CandidateNumbers::stratified(numbers.block(index), rng)
+        let [select, u, v, _] = numbers.block(index);
+        CandidateNumbers::stratified([select, u, v], rng)
     }
 
     /// Candidates for each pixel, and the visible survivors.

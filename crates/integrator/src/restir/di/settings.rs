@@ -32,7 +32,7 @@ pub struct RestirDiSettings {
     /// the mean of frames.
     pub points: PointSet,
     /// Whether a pixel's candidates are stratified: their numbers are those of a lattice with one
-    /// random shift, by the numbers of `points`, and one number chooses among them.
+    /// random shift, by the numbers of `points`.
     pub stratified: bool,
     /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
     pub visible_emission: bool,
