@@ -79,9 +79,10 @@ impl CandidateNumbers {
         Self { starts: None, rng }
     }
 
-    /// The numbers of all candidates are those of a lattice that is shifted at random. Each candidate
-    /// alone is as it would be, and the estimate is linear in the candidates, so it needs no more.
-    /// `words` are those of a point set; `rng` has the bits behind them, and makes the choice.
+    /// The numbers of all candidates are those of a lattice that is shifted at random. Each
+    /// candidate alone is as it would be, and the estimate is linear in the candidates, so it needs
+    /// no more. `words` are those of a point set; `rng` has the bits behind them, and makes the
+    /// choice.
     pub fn stratified(words: [u32; 3], mut rng: CounterRng) -> Self {
         let starts = words.map(|word| u64::from(word) << 32 | u64::from(rng.next_u32()));
         Self {
@@ -100,8 +101,8 @@ impl CandidateNumbers {
     }
 }
 
-/// Numbers `⌊2⁶⁴ / φ⌋` and `⌊2⁶⁴ / φ²⌋` with `φ³ = φ + 1`: steps of a sequence that fills the square
-/// evenly (Roberts's R2).
+/// Numbers `⌊2⁶⁴ / φ⌋` and `⌊2⁶⁴ / φ²⌋` with `φ³ = φ + 1`: steps of a sequence that fills the
+/// square evenly (Roberts's R2).
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1C];
 
 /// The numbers of candidate `number` of `count`: choice of an emitter, and place on it.
