@@ -99,7 +99,8 @@ pub use restir::suffix::{
     MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,
 };
 pub use restir::{
-    GUIDE_UPDATES, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse,
+    GUIDE_UPDATES, GuideSource, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings,
+    RestirGi, WorldReuse,
 };
 
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};

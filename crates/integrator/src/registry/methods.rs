@@ -275,6 +275,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::GUIDE_BITS,
             options::GUIDE_TRAINING,
             options::GUIDE_BORDERS,
+            options::GUIDE_FROM,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -560,7 +561,8 @@ fn restir_pt<'b>(
     let worlds = stage.guided_worlds(choosing).map_err(reason)?;
     let guiding = PathGuiding::new(worlds, guide).map_err(reason)?;
     let method = RestirPt::new(worlds.first(), options, motion.camera);
-    frames(method.map(|method| method.with_guiding(guiding)))
+    let source = values.guide_source();
+    frames(method.map(|method| method.with_guiding_from(guiding, source)))
 }
 
 fn restir_suffix<'b>(

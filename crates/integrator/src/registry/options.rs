@@ -2,9 +2,10 @@
 
 use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
-    CacheRule, CachedPathsOptions, CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions,
-    MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
-    RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
+    CacheRule, CachedPathsOptions, CutTree, GuideKind, GuideSource, GuidedPathsOptions, LightChoosing,
+    LightcutOptions, MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets,
+    PathMapping, RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions,
+    WorldReuse,
 };
 use lightshed_caching::{Facets, Refinement};
 use lightshed_guiding::Interpolation;
@@ -94,6 +95,16 @@ pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
     "32",
     any::<u32>,
     "Frames of four samples a pixel that train the guide; with --guide places all, if not given",
+);
+
+/// What a guide of resampled paths learns from.
+pub const GUIDE_FROM: MethodOption = MethodOption::new(
+    "guide-from",
+    "WHAT",
+    "paths",
+    |text| one_of(text, &GuideSource::ALL.map(GuideSource::name)),
+    "What the guide learns from: paths of the path tracer that do not shade, reservoirs (the paths that pixels hold after resampling, \
+     which are forgotten whenever it has learnt), or both",
 );
 
 /// A guide that is trained for ever.
@@ -591,6 +602,13 @@ impl MethodValues {
             samples: 2,
             ..options
         })
+    }
+
+    /// What a guide of resampled paths learns from.
+    pub fn guide_source(&self) -> GuideSource {
+        let name = self.get::<String>(&GUIDE_FROM).unwrap_or_default();
+        let mut all = GuideSource::ALL.into_iter();
+        all.find(|source| source.name() == name).unwrap_or_default()
     }
 
     /// The frames that train a guide, if told.
