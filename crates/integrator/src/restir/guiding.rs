@@ -153,7 +153,7 @@ impl<'a, S: EmitterSampler> PathGuiding<'a, S> {
     }
 
     /// With another source.
-    pub(crate) fn from_source(self, source: GuideSource) -> Self {
+    pub(crate) fn learning_from(self, source: GuideSource) -> Self {
         Self { source, ..self }
     }
 

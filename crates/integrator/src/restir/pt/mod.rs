@@ -195,7 +195,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
     #[must_use]
     pub fn with_guiding_from(mut self, guiding: PathGuiding<'a, E>, source: GuideSource) -> Self {
         self.world = guiding.world();
-        self.guiding = Some(guiding.from_source(source));
+        self.guiding = Some(guiding.learning_from(source));
         self
     }
 
