@@ -148,6 +148,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::SMIS,
             options::SMIS_SIZE,
             options::SMIS_STEPS,
+            options::STATES,
             options::SMIS_EMITTERS,
             options::LIGHTS,
             options::POINTS,

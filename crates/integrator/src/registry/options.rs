@@ -155,6 +155,18 @@ pub const SMIS_STEPS: MethodOption = MethodOption::new(
     "Rays of a pixel in a frame; as many as a temporal set has, and one with spatial sets, if not given",
 );
 
+/// States of a pixel.
+pub const STATES: MethodOption = MethodOption::new(
+    "states",
+    "N",
+    "1",
+    |text| match text.parse() {
+        Ok(states) if crate::STATES.contains(&states) => Ok(()),
+        _ => Err(format!("{text} is none of {:?}", crate::STATES)),
+    },
+    "States of a pixel, each with a lobe and a ray in each step: 1, 2, 4 or 8, at most as many as a set has techniques",
+);
+
 /// Emitter samples beside the chains.
 pub const SMIS_EMITTERS: MethodOption = MethodOption::switch(
     "smis-emitters",
@@ -749,16 +761,17 @@ impl MethodValues {
         };
         options.size = self.get(&SMIS_SIZE).unwrap_or(size);
         options.steps = self.get(&SMIS_STEPS).unwrap_or(options.steps);
+        options.states = self.get(&STATES).unwrap_or(options.states);
         options.samples_emitters = self.is_on(&SMIS_EMITTERS);
         (options.points, options.visible_emission) = (self.points(), self.visible_emission());
         options
     }
 
-    /// Whether Markov chain mixtures have spatial sets of one step a frame, as they do if nothing
+    /// Whether Markov chain mixtures have spatial sets of one step and one state a frame, as they do if nothing
     /// else is told.
     pub(super) fn has_spatial_step(&self) -> bool {
         let options = self.mixture_options();
-        options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1
+        options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1 && options.states == 1
     }
 
     /// Virtual point lights of a scene: as many bounces as its longest path has room for.
