@@ -27,11 +27,11 @@ const FAR: f32 = 1e5;
 /// Light at the surfaces that the camera sees, by Markov chain mixtures (Dittebrandt 2025 ch. 6):
 /// guiding that needs no list of lights.
 ///
-/// Each pixel has a chain, or several, whose state is one von Mises–Fisher lobe towards a place. In a step the
-/// pixel takes its own state, or that of a neighbour of the previous frame. It samples a direction
-/// by its lobe, or with probability 0.2 by the BSDF, and the state learns from the result. The
-/// estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which chains exchange
-/// places in tiles of pixels. Each frame is unbiased for any initial states.
+/// Each pixel has a chain, or several, whose state is one von Mises–Fisher lobe towards a place. In
+/// a step the pixel takes its own state, or that of a neighbour of the previous frame. It samples a
+/// direction by its lobe, or with probability 0.2 by the BSDF, and the state learns from the
+/// result. The estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which
+/// chains exchange places in tiles of pixels. Each frame is unbiased for any initial states.
 ///
 /// Paths of two edges are direct light. With longer ones a direction also brings light through
 /// smooth surfaces, towards whose images lobes turn, and light that is scattered on the way, by

@@ -62,9 +62,9 @@ pub struct MixtureOptions {
     /// Steps of a frame, 1 to [`MAX_MIXTURE_STEPS`]: rays of a pixel. Temporal sets have as many
     /// steps as `size` says if it is 0, spatial ones one.
     pub steps: u32,
-    /// States of a pixel: one of [`STATES`], at most `size`. Each is a place of its own in the tile,
-    /// which has so many times fewer pixels, and takes a ray of its own in each step. States of
-    /// all pixels, of this frame and of the one before, take 64 bytes each.
+    /// States of a pixel: one of [`STATES`], at most `size`. Each is a place of its own in the
+    /// tile, which has so many times fewer pixels, and takes a ray of its own in each step. States
+    /// of all pixels, of this frame and of the one before, take 64 bytes each.
     pub states: u32,
     /// Whether one emitter sample a set and pixel is merged, by the balance heuristic over all
     /// techniques. Without it, emitters are sampled only if nothing else finds them: points and

@@ -767,8 +767,8 @@ impl MethodValues {
         options
     }
 
-    /// Whether Markov chain mixtures have spatial sets of one step and one state a frame, as they do if nothing
-    /// else is told.
+    /// Whether Markov chain mixtures have spatial sets of one step and one state a frame, as they
+    /// do if nothing else is told.
     pub(super) fn has_spatial_step(&self) -> bool {
         let options = self.mixture_options();
         options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1 && options.states == 1

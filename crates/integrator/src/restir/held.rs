@@ -11,11 +11,12 @@ use lightshed_shift::{PathDomain, PathSample, WorldGeometry, WorldScattering, he
 
 /// A field that learns from paths after resampling.
 ///
-/// A reservoir's path `x` with the contribution `F` and the weight `W` estimates the integral of its
-/// pixel by `F W`. At a vertex that it reaches with the throughput `T` it estimates what leaves the
-/// vertex, `w = Y(F / T) W`: the weight of its direction there. The density that belongs to that is
-/// `p / W`, where `p` is the density with which the lobes of the vertex sample the direction. With
-/// both, `Σ w² p / W` estimates a second moment `∫ f² / p dω` as samples of a path do.
+/// A reservoir's path `x` with the contribution `F` and the weight `W` estimates the integral of
+/// its pixel by `F W`. At a vertex that it reaches with the throughput `T` it estimates what leaves
+/// the vertex, `w = Y(F / T) W`: the weight of its direction there. The density that belongs to
+/// that is `p / W`, where `p` is the density with which the lobes of the vertex sample the
+/// direction. With both, `Σ w² p / W` estimates a second moment `∫ f² / p dω` as samples of a path
+/// do.
 pub(crate) struct Pupil<'f, 'a, S> {
     pub field: &'f SceneField,
     /// The world whose directions are those of the BSDF.

@@ -189,9 +189,9 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
 
     /// The same, where the guide learns from `source`.
     ///
-    /// If it learns from the paths that pixels hold, these and their guide depend on each other from
-    /// then on, and a merge of the two is biased. So whenever such a guide has learnt, everything
-    /// held is forgotten: all paths of a frame were sampled after its guide.
+    /// If it learns from the paths that pixels hold, these and their guide depend on each other
+    /// from then on, and a merge of the two is biased. So whenever such a guide has learnt,
+    /// everything held is forgotten: all paths of a frame were sampled after its guide.
     #[must_use]
     pub fn with_guiding_from(mut self, guiding: PathGuiding<'a, E>, source: GuideSource) -> Self {
         self.world = guiding.world();

@@ -1,7 +1,7 @@
 //! Techniques that learn from the samples that are held.
 //!
-//! A path `x` of value `f(x)` is found by scattering with the probability `p_g(x)` of a guide `g`, or
-//! by sampling an emitter with `e(x)`. Both are points of a domain, in the measure of their
+//! A path `x` of value `f(x)` is found by scattering with the probability `p_g(x)` of a guide `g`,
+//! or by sampling an emitter with `e(x)`. Both are points of a domain, in the measure of their
 //! probabilities, with the integrand `F = f ω / p = f / (p_g + e)` of the balance heuristic. So the
 //! integrand of a frame depends on its guide. A merge is exact for every guide that does not depend
 //! on what it merges.
