@@ -125,7 +125,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-shift",
         "held to densities and determinants of whole paths by the crate's tests and the integrator's",
-        "FollowPaths::estimate FollowPaths::settled check_world path_target trace_suffix",
+        "FollowPaths::estimate FollowPaths::settled check_world held_directions path_target trace_suffix",
     ),
     (
         "lightshed-lights",

@@ -77,10 +77,21 @@ impl Axis {
     /// Values of the ticks, and what is written there.
     fn ticks(self, [low, high]: [f64; 2]) -> Vec<(f64, String)> {
         match self {
-            Self::Logarithmic(_) => (low.floor() as i32..=high.ceil() as i32)
-                .filter(|&decade| (low - 1e-9..=high + 1e-9).contains(&f64::from(decade)))
-                .map(|decade| (10f64.powi(decade), format!("1e{decade}")))
-                .collect(),
+            Self::Logarithmic(_) => {
+                // Powers of ten; where they are fewer than three, twice and five times them, too.
+                let powers = high.floor() - low.ceil() + 1.0;
+                let factors = if powers < 3.0 { &[1, 2, 5][..] } else { &[1] };
+                (low.floor() as i32..=high.ceil() as i32)
+                    .flat_map(|decade| factors.iter().map(move |&factor| (factor, decade)))
+                    .map(|(factor, decade)| {
+                        (
+                            f64::from(factor) * 10f64.powi(decade),
+                            format!("{factor}e{decade}"),
+                        )
+                    })
+                    .filter(|(value, _)| (low - 1e-9..=high + 1e-9).contains(&value.log10()))
+                    .collect()
+            }
             Self::Linear(_) => {
                 // One, two or five times a power of ten; four to ten of them.
                 let power = 10f64.powf(((high - low) / 4.0).log10().floor());
@@ -218,6 +229,27 @@ mod tests {
         ] {
             assert!(svg.contains(label), "{label} is not in {svg}");
         }
+    }
+
+    #[test]
+    fn a_short_logarithmic_axis_has_ticks_between_powers() {
+        let labels = |low: f64, high: f64| -> Vec<String> {
+            let ticks = Axis::Logarithmic("").ticks([low.log10(), high.log10()]);
+            for (value, label) in &ticks {
+                assert!(
+                    (value / label.parse::<f64>().unwrap() - 1.0).abs() < 1e-12,
+                    "{label}"
+                );
+            }
+            ticks.into_iter().map(|(_, label)| label).collect()
+        };
+        assert_eq!(labels(0.13, 1.4), ["2e-1", "5e-1", "1e0"]);
+        assert_eq!(
+            labels(0.02, 3.0),
+            ["2e-2", "5e-2", "1e-1", "2e-1", "5e-1", "1e0", "2e0"]
+        );
+        assert_eq!(labels(0.02, 100.0), ["1e-1", "1e0", "1e1", "1e2"]);
+        assert_eq!(labels(1e-4, 3e-3), ["1e-4", "2e-4", "5e-4", "1e-3", "2e-3"]);
     }
 
     #[test]

@@ -165,8 +165,8 @@ pub(crate) fn check_sets(options: &MixtureOptions) -> Result<(), GpuError> {
     if let Err(error) = options.check() {
         return Err(GpuError::Settings(error.to_string().into()));
     }
-    if options.sets != MixtureSets::Spatial || options.steps_of_frame() != 1 {
-        return refused("the device knows spatial sets of one step a frame");
+    if options.sets != MixtureSets::Spatial || options.steps_of_frame() != 1 || options.states != 1 {
+        return refused("the device knows spatial sets of one step and one state a frame");
     }
     if options.exchange != Exchange::Traded {
         return refused("on the device chains always trade places");

@@ -137,6 +137,9 @@ fn check(settings: &RestirDiSettings) -> Result<(), GpuError> {
     if settings.pairs.is_some() || settings.mutations > 0 || settings.world.is_some() {
         return refused("neither pairs nor steps of Markov chains nor cells of space are known");
     }
+    if settings.stratified {
+        return refused("candidates are independent");
+    }
     if settings.neighbours > MOST_NEIGHBOURS {
         return refused("at most 8 neighbours are possible");
     }
@@ -219,7 +222,8 @@ mod tests {
     #[test]
     fn other_settings_are_refused() {
         assert!(check(&RestirDiSettings::UNBIASED).is_ok());
-        let changes: [fn(&mut RestirDiSettings); 5] = [
+        let changes: [fn(&mut RestirDiSettings); 6] = [
+            |settings| settings.stratified = true,
             |settings| settings.pairs = Some(16),
             |settings| settings.mutations = 1,
             |settings| settings.world = Some(WorldReuse::default()),

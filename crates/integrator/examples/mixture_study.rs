@@ -4,6 +4,7 @@
 //! expectation of the variance, which is the squared error of an unbiased method.
 //!
 //! - `sets`: variance and time of a frame for sets of every size.
+//! - `states`: the same for several states of a pixel, and for as many steps of one state.
 //! - `tune`: variance frame by frame for chains that are greedy and balanced, and for the BSDF
 //!   alone.
 //! - `decay`: variance frame by frame for several `α`, with water that moves up to half the
@@ -108,6 +109,43 @@ fn sets(scene: &Scene, frames: u32) {
     }
 }
 
+/// Spatial sets of 32, by states and steps; two pairs of chains.
+fn states(scene: &Scene, frames: u32) {
+    println!("states steps bytes/pixel ms/frame variance/frame variance*rays variance*ms");
+    let pixels = scene.settings().width as usize * scene.settings().height as usize;
+    for (states, steps) in [(1, 1), (2, 1), (1, 2), (4, 1), (1, 4), (8, 1), (1, 8)] {
+        let mut options = MixtureOptions::default();
+        (options.states, options.steps) = (states, steps);
+        let (mut seconds, mut total) = (0.0, 0.0);
+        let warm = frames / 4;
+        for pair in 0..2 {
+            let mut images = vec![vec![Rgb::ZERO; pixels]; 2];
+            let make = || Mixture::new(scene, scene.emitters_by_power(), options).ok();
+            let Some(mut chains) = make().zip(make()).map(<[Method<'_>; 2]>::from) else {
+                return;
+            };
+            for number in 0..frames {
+                let start = lightshed_film::process_cpu_seconds().unwrap_or(0.0);
+                for (seed, (chain, image)) in (1..).zip(chains.iter_mut().zip(&mut images)) {
+                    frame(chain, number, seed + 2 * pair, image);
+                }
+                if number >= warm {
+                    seconds += lightshed_film::process_cpu_seconds().unwrap_or(0.0) - start;
+                    total += variance(&images);
+                }
+            }
+        }
+        let counted = f64::from(2 * (frames - warm));
+        let (ms, variance) = (500.0 * seconds / counted, total / counted);
+        println!(
+            "{states} {steps} {} {ms:.2} {variance:.4e} {:.4e} {:.4e}",
+            64 * states,
+            variance * f64::from(states * steps),
+            variance * ms
+        );
+    }
+}
+
 fn bias(scene: &Scene, frames: u32) -> Result<(), Box<dyn Error>> {
     let settings = scene.settings();
     let [width, height] = [settings.width, settings.height];
@@ -173,6 +211,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let description = builtin::by_name(&name).ok_or("no such scene")?;
     match mode.as_str() {
         "sets" => sets(&build(description, side)?, frames),
+        "states" => states(&build(description, side)?, frames),
         "bias" => {
             let mut description = description;
             description.settings.max_depth = Some(2);

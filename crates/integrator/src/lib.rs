@@ -78,7 +78,7 @@ pub use lightshed_scene::glam;
 pub use lightshed_shift as shift;
 pub use lightshed_spatial as spatial;
 pub use mixture::{
-    MAX_MIXTURE_STEPS, Mixture, MixtureError, MixtureOptions, MixtureSets, TILE_SIZES, UnknownSets,
+    MAX_MIXTURE_STEPS, Mixture, MixtureError, MixtureOptions, MixtureSets, STATES, TILE_SIZES, UnknownSets,
 };
 pub use path::PathTracer;
 pub use path::ending::{EndingVertex, NoEnding, PathEnding, VertexEnding};
@@ -99,7 +99,8 @@ pub use restir::suffix::{
     MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,
 };
 pub use restir::{
-    GUIDE_UPDATES, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse,
+    GUIDE_UPDATES, GuideSource, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings,
+    RestirGi, WorldReuse,
 };
 
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};

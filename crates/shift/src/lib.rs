@@ -4,7 +4,7 @@
 //! |---|---|
 //! | what a renderer brings | [`World`]: [`WorldGeometry`], [`WorldScattering`], [`WorldLighting`] |
 //! | the paths behind a surface point, with their integrand and measure | [`PathDomain`] |
-//! | a path in 64 bytes | [`PathSample`] |
+//! | a path in 64 bytes, and the directions that it takes | [`PathSample`], [`held_directions`] |
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
 //! | steps of Markov chains | [`PathMutator`] |
@@ -25,6 +25,7 @@
 mod check;
 mod connectability;
 mod departure;
+mod directions;
 mod domain;
 mod jacobian;
 mod local;
@@ -45,6 +46,7 @@ mod world;
 
 pub use check::{WorldFault, WorldFaults, WorldLaw, WorldTally, check_world};
 pub use connectability::{Connectability, ConnectabilityError, Footprint};
+pub use directions::{HeldDirection, held_directions};
 pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use lightshed_resampling as resampling;

@@ -176,6 +176,13 @@ impl<'a, V> Offset<'a, V> {
             .unwrap_or(self.first)
     }
 
+    /// The next vertex.
+    #[inline(always)]
+    pub fn arrive(&mut self, next: Option<V>) {
+        self.last += 1;
+        self.own[self.last as usize % 2] = next;
+    }
+
     #[inline(always)]
     pub fn reached(&self) -> Reached<'_, V> {
         Reached {
@@ -319,22 +326,21 @@ pub(crate) fn approach<W: World>(
         if next.is_none() {
             return Err(Undefined::OutsideDomain);
         }
-        offset.last = m + 1;
-        offset.own[offset.last as usize % 2] = next;
+        offset.arrive(next);
     }
     Ok(())
 }
 
 /// The lobe by which an offset path left a vertex.
-struct Left {
-    total_pdf: Density<lightshed_sampling::SolidAngle>,
+pub(crate) struct Left {
+    pub total_pdf: Density<lightshed_sampling::SolidAngle>,
     roughness: f32,
-    is_delta: bool,
+    pub is_delta: bool,
 }
 
 /// Scatters at `y_m` with the base path's numbers. Updates `offset` at the same vertex with the
 /// data that the next vertex needs.
-fn replay<W: World>(
+pub(crate) fn replay<W: World>(
     to: &PathDomain<'_, W>,
     offset: &mut Offset<'_, W::Vertex>,
     m: u32,

@@ -182,8 +182,10 @@ fn table(body: &mut String, motion: &ReportMotion) {
         body.push_str("</tr>\n");
     }
     let young = if has_young {
+        // A few pixels are not 0.0 %.
+        let digits = if motion.young < 0.001 { 3 } else { 1 };
         format!(
-            " “Just in view”: MSE of the {:.1} % of pixels whose surfaces came into view within the last five frames.",
+            " “Just in view”: MSE of the {:.digits$} % of pixels whose surfaces came into view within the last five frames.",
             100.0 * motion.young
         )
     } else {

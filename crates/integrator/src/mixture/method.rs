@@ -27,11 +27,11 @@ const FAR: f32 = 1e5;
 /// Light at the surfaces that the camera sees, by Markov chain mixtures (Dittebrandt 2025 ch. 6):
 /// guiding that needs no list of lights.
 ///
-/// Each pixel has a chain whose state is one von Mises–Fisher lobe towards a place. In a step the
-/// pixel takes its own state, or that of a neighbour of the previous frame. It samples a direction
-/// by its lobe, or with probability 0.2 by the BSDF, and the state learns from the result. The
-/// estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which chains exchange
-/// places in tiles of pixels. Each frame is unbiased for any initial states.
+/// Each pixel has a chain, or several, whose state is one von Mises–Fisher lobe towards a place. In
+/// a step the pixel takes its own state, or that of a neighbour of the previous frame. It samples a
+/// direction by its lobe, or with probability 0.2 by the BSDF, and the state learns from the
+/// result. The estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which
+/// chains exchange places in tiles of pixels. Each frame is unbiased for any initial states.
 ///
 /// Paths of two edges are direct light. With longer ones a direction also brings light through
 /// smooth surfaces, towards whose images lobes turn, and light that is scattered on the way, by
@@ -100,7 +100,8 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
         self.visible = VisibleFrames::default();
     }
 
-    /// The states after the last frame, row by row; empty before the first.
+    /// The states after the last frame, row by row, those of a pixel side by side; empty before the
+    /// first.
     pub fn states(&self) -> &[MarkovState] {
         &self.states
     }
@@ -150,7 +151,8 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
             return;
         }
         let rows = extent.width as usize * self.options.tile()[1];
-        let bands = image.chunks_mut(rows).zip(states.chunks_mut(rows));
+        let count = self.options.states as usize;
+        let bands = image.chunks_mut(rows).zip(states.chunks_mut(rows * count));
         parallel::for_each(bands, |band, (image, states)| {
             if !cancel.load(Ordering::Relaxed) {
                 self.advance_band(&shared, band * rows, image, states);
@@ -168,6 +170,8 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
     ) {
         let (width, [across, _]) = (shared.width, self.options.tile());
         let steps = self.options.steps_of_frame() as usize;
+        let count = self.options.states as usize;
+        let share = 1.0 / count as f32;
         let mut tile = Tile::new(shared);
         let mut scratch = TileScratch::default();
         let mut moving = Vec::new();
@@ -176,8 +180,9 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
             let rows = image.len() / width;
             tile.begin((0..rows).flat_map(|row| (left..right).map(move |x| first + row * width + x)));
             moving.clear();
-            moving.extend(tile.pixels.iter().map(|&pixel| {
-                let source = shared.source(pixel).and_then(|source| shared.before.get(source));
+            moving.extend(tile.pixels.iter().enumerate().map(|(place, &pixel)| {
+                let before = |source: usize| shared.before.get(source * count + place % count);
+                let source = shared.source(pixel).and_then(before);
                 source.copied().unwrap_or(MarkovState::EMPTY)
             }));
             let exchange = self.options.exchange;
@@ -191,8 +196,9 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
                 }
             }
             for (place, &pixel) in tile.pixels.iter().enumerate() {
-                image[pixel - first] += tile.values[place];
-                states[pixel - first] = tile.chains[place].finish(&moving[place], &self.options.chains);
+                image[pixel - first] += tile.values[place] * share;
+                states[(pixel - first) * count + place % count] =
+                    tile.chains[place].finish(&moving[place], &self.options.chains);
             }
         }
     }
@@ -235,13 +241,14 @@ impl<S: EmitterSampler + Send> FrameMethod for Mixture<'_, S> {
         self.tally.add(RayKind::Camera, rays as usize);
 
         // A chain of frames starts with empty states.
-        if frame == 0 || self.states.len() != extent.len() {
+        let count = extent.len() * self.options.states as usize;
+        if frame == 0 || self.states.len() != count {
             self.states.clear();
         }
         std::mem::swap(&mut self.before, &mut self.states);
         let mut states = std::mem::take(&mut self.states);
         states.clear();
-        states.resize(extent.len(), MarkovState::EMPTY);
+        states.resize(count, MarkovState::EMPTY);
         self.advance(view, &mut states, image, cancel);
         self.states = states;
         (!cancel.load(Ordering::Relaxed)).then(|| self.tally.take())

@@ -7,4 +7,6 @@ mod options;
 mod tile;
 
 pub use method::Mixture;
-pub use options::{MAX_MIXTURE_STEPS, MixtureError, MixtureOptions, MixtureSets, TILE_SIZES, UnknownSets};
+pub use options::{
+    MAX_MIXTURE_STEPS, MixtureError, MixtureOptions, MixtureSets, STATES, TILE_SIZES, UnknownSets,
+};

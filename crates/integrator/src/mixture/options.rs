@@ -62,6 +62,10 @@ pub struct MixtureOptions {
     /// Steps of a frame, 1 to [`MAX_MIXTURE_STEPS`]: rays of a pixel. Temporal sets have as many
     /// steps as `size` says if it is 0, spatial ones one.
     pub steps: u32,
+    /// States of a pixel: one of [`STATES`], at most `size`. Each is a place of its own in the
+    /// tile, which has so many times fewer pixels, and takes a ray of its own in each step. States
+    /// of all pixels, of this frame and of the one before, take 64 bytes each.
+    pub states: u32,
     /// Whether one emitter sample a set and pixel is merged, by the balance heuristic over all
     /// techniques. Without it, emitters are sampled only if nothing else finds them: points and
     /// directions.
@@ -79,6 +83,9 @@ pub struct MixtureOptions {
 /// Sizes of tiles.
 pub const TILE_SIZES: [u32; 6] = [1, 2, 4, 8, 16, 32];
 
+/// Numbers of states of a pixel.
+pub const STATES: [u32; 4] = [1, 2, 4, 8];
+
 /// Most steps of a frame.
 pub const MAX_MIXTURE_STEPS: u32 = 64;
 
@@ -89,6 +96,7 @@ impl Default for MixtureOptions {
             sets: MixtureSets::Spatial,
             size: 32,
             steps: 0,
+            states: 1,
             samples_emitters: false,
             exchange: Exchange::Traded,
             chains: MarkovOptions::default(),
@@ -108,9 +116,9 @@ impl MixtureOptions {
         }
     }
 
-    /// Width and height of a tile.
+    /// Width and height of a tile in pixels.
     pub(super) fn tile(&self) -> [usize; 2] {
-        let bits = self.size.max(1).ilog2();
+        let bits = (self.size / self.states.max(1)).max(1).ilog2();
         [1 << bits.div_ceil(2), 1 << (bits / 2)]
     }
 
@@ -119,6 +127,9 @@ impl MixtureOptions {
     pub fn check(&self) -> Result<(), MixtureError> {
         if !TILE_SIZES.contains(&self.size) {
             return Err(MixtureError::Size(self.size));
+        }
+        if !STATES.contains(&self.states) || self.states > self.size {
+            return Err(MixtureError::States(self.states));
         }
         if self.steps > MAX_MIXTURE_STEPS {
             return Err(MixtureError::Steps(self.steps));
@@ -133,6 +144,8 @@ impl MixtureOptions {
 pub enum MixtureError {
     /// The size of a set is none of [`TILE_SIZES`].
     Size(u32),
+    /// The states of a pixel are none of [`STATES`], or more than a set has techniques.
+    States(u32),
     /// Too many steps.
     Steps(u32),
     /// Options of the chains.
@@ -143,6 +156,12 @@ impl fmt::Display for MixtureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Size(size) => write!(f, "sets of {size}: it must be 1, 2, 4, 8, 16 or 32"),
+            Self::States(states) => {
+                write!(
+                    f,
+                    "{states} states of a pixel: it must be 1, 2, 4 or 8, and no more than a set has"
+                )
+            }
             Self::Steps(steps) => write!(f, "{steps} steps of a frame: at most {MAX_MIXTURE_STEPS}"),
             Self::Chains(error) => error.fmt(f),
         }

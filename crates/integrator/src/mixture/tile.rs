@@ -1,4 +1,4 @@
-//! A tile of pixels, each with a chain.
+//! A tile of places, each with a chain: one or more for each pixel.
 
 use super::incident::{Follower, Incident};
 use super::options::MixtureOptions;
@@ -12,12 +12,15 @@ use lightshed_guiding::{
     Discovery, Finding, MarkovChain, MarkovState, OFFSET_WORDS, Proposal, TargetLobe, neighbour_offset,
 };
 use lightshed_resampling::{ChainTile, SetWeight};
-use lightshed_sampling::{CounterRng, DirectionDistribution};
+use lightshed_sampling::{CounterRng, DirectionDistribution, PassNumbers};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Hit, Ray, Rgb, SurfacePoint, luminance};
 
-/// Most pixels of a tile.
+/// Most places of a tile.
 const MOST: usize = 32;
+
+/// Words of a pixel's part of a pass that each of its states has for itself.
+const WORDS_OF_STATE: u32 = 1 << 21;
 
 /// Passes of a frame, after that of camera rays ([`trace_primaries`](crate::restir::primary)).
 #[derive(Clone, Copy)]
@@ -41,7 +44,7 @@ pub(super) struct Shared<'a, S> {
     pub tally: &'a RayTally,
     /// What pixels see.
     pub pixels: &'a [Option<Primary>],
-    /// The states of the frame before.
+    /// The states of the frame before, those of a pixel side by side.
     pub before: &'a [MarkovState],
     /// Pixels of that frame that saw what pixels see; `None` if nothing moves.
     pub seen_at: Option<&'a [Option<u32>]>,
@@ -98,7 +101,7 @@ impl Direction {
 /// A tile at work.
 pub(super) struct Tile<'a, S: EmitterSampler> {
     shared: &'a Shared<'a, S>,
-    /// Pixels of the places.
+    /// Pixels of the places: one after the other, each as often as it has states.
     pub pixels: Vec<usize>,
     /// The data of pixels that the selection of emitters uses.
     sites: Vec<S::Site>,
@@ -126,8 +129,10 @@ impl<'a, S: EmitterSampler> Tile<'a, S> {
     /// Begins anew with these pixels.
     pub fn begin(&mut self, pixels: impl Iterator<Item = usize>) {
         let shared = self.shared;
+        let states = shared.options.states as usize;
         self.pixels.clear();
-        self.pixels.extend(pixels);
+        self.pixels
+            .extend(pixels.flat_map(|pixel| std::iter::repeat_n(pixel, states)));
         let count = self.pixels.len();
         self.sites.clear();
         self.sites
@@ -139,6 +144,16 @@ impl<'a, S: EmitterSampler> Tile<'a, S> {
         self.chains.resize(count, MarkovChain::START);
         self.values.clear();
         self.values.resize(count, Rgb::ZERO);
+    }
+
+    /// The stream of a place.
+    fn stream(&self, numbers: PassNumbers, place: usize) -> CounterRng {
+        let mut stream = numbers.pixel(self.pixels[place]);
+        let state = place as u32 % self.shared.options.states;
+        if state > 0 {
+            stream.set_dimension(stream.dimension() + state * WORDS_OF_STATE);
+        }
+        stream
     }
 
     fn primary(&self, place: usize) -> Option<&'a Primary> {
@@ -215,12 +230,14 @@ impl<S: EmitterSampler> ChainTile for Tile<'_, S> {
         let shared = self.shared;
         let numbers = shared.view.numbers.pass(Pass::Steps).round(step as u32);
         self.streams.clear();
-        let streams = self.pixels.iter().map(|&pixel| numbers.pixel(pixel));
-        self.streams.extend(streams);
+        for place in 0..self.pixels.len() {
+            self.streams.push(self.stream(numbers, place));
+        }
         if shared.before.is_empty() {
             return;
         }
-        let height = shared.before.len() / shared.width;
+        let count = shared.options.states as usize;
+        let height = shared.before.len() / (shared.width * count);
         for (place, state) in states.iter_mut().enumerate() {
             if self.primary(place).is_none() {
                 continue;
@@ -236,7 +253,13 @@ impl<S: EmitterSampler> ChainTile for Tile<'_, S> {
                 let inside = |at: f32, size: usize| (at.max(0.0) as usize).min(size - 1);
                 let neighbour =
                     inside(corner[1] + y, height) * shared.width + inside(corner[0] + x, shared.width);
-                found.consider(&shared.before[neighbour], rng.next_f32());
+                // Any of its states.
+                let which = if count > 1 {
+                    rng.next_u32() as usize % count
+                } else {
+                    0
+                };
+                found.consider(&shared.before[neighbour * count + which], rng.next_f32());
                 if found.has_found() {
                     break;
                 }
@@ -347,8 +370,7 @@ impl<S: EmitterSampler> ChainTile for Tile<'_, S> {
         if !shared.has_emitter_samples {
             return;
         }
-        let numbers = shared.view.numbers.pass(Pass::Emitters).pixel(self.pixels[place]);
-        let mut rng = numbers;
+        let mut rng = self.stream(shared.view.numbers.pass(Pass::Emitters), place);
         rng.set_dimension(rng.dimension() + 8 * first as u32);
         let (u_select, u) = (rng.next_u64(), rng.next_2d());
         let from = at.point.position;

@@ -3,9 +3,9 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_FACETS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP,
-    GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER, GUIDE_STATES,
-    GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING, WORLD_CAP,
-    WORLD_CELLS, WORLD_READS,
+    GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_FROM, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER,
+    GUIDE_STATES, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING,
+    WORLD_CAP, WORLD_CELLS, WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -20,7 +20,13 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
     let rules: [(&[&MethodOption], bool, &str); 10] = [
         (
-            &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS, &GUIDE_SCATTER],
+            &[
+                &GUIDE_TRAINING,
+                &GUIDE_ALWAYS,
+                &GUIDE_BORDERS,
+                &GUIDE_SCATTER,
+                &GUIDE_FROM,
+            ],
             guided,
             "without --guide",
         ),

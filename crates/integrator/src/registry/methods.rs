@@ -148,6 +148,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::SMIS,
             options::SMIS_SIZE,
             options::SMIS_STEPS,
+            options::STATES,
             options::SMIS_EMITTERS,
             options::LIGHTS,
             options::POINTS,
@@ -167,6 +168,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::PAIRS,
             options::MUTATIONS,
             options::RESERVOIRS,
@@ -198,6 +200,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::RESERVOIRS,
             options::WORLD_CELLS,
             options::WORLD_CAP,
@@ -222,6 +225,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHTS,
             options::POINTS,
             options::VISIBLE,
+            options::STRATIFIED,
             options::RESERVOIRS,
             options::WORLD_CELLS,
             options::WORLD_CAP,
@@ -235,6 +239,7 @@ pub static METHODS: &[MethodEntry] = &[
             let mut settings = RestirDiSettings {
                 points: values.points(),
                 visible_emission: values.visible_emission(),
+                stratified: values.is_on(&options::STRATIFIED),
                 ..RestirDiSettings::UNBIASED
             };
             if knows_the_point {
@@ -271,6 +276,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::GUIDE_BITS,
             options::GUIDE_TRAINING,
             options::GUIDE_BORDERS,
+            options::GUIDE_FROM,
         ],
         start: |stage, values, motion| {
             let mut options = RestirPtOptions::real_time(values.path_mapping());
@@ -443,6 +449,7 @@ fn restir_di<'b>(
     let settings = RestirDiSettings {
         points: values.points(),
         visible_emission: values.visible_emission(),
+        stratified: values.is_on(&options::STRATIFIED),
         ..in_world(values, settings)
     };
     let method = RestirDi::new(stage.scene(), any_emitters(stage, values)?, settings);
@@ -555,7 +562,8 @@ fn restir_pt<'b>(
     let worlds = stage.guided_worlds(choosing).map_err(reason)?;
     let guiding = PathGuiding::new(worlds, guide).map_err(reason)?;
     let method = RestirPt::new(worlds.first(), options, motion.camera);
-    frames(method.map(|method| method.with_guiding(guiding)))
+    let source = values.guide_source();
+    frames(method.map(|method| method.with_guiding_from(guiding, source)))
 }
 
 fn restir_suffix<'b>(

@@ -2,9 +2,10 @@
 
 use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
-    CacheRule, CachedPathsOptions, CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions,
-    MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
-    RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
+    CacheRule, CachedPathsOptions, CutTree, GuideKind, GuideSource, GuidedPathsOptions, LightChoosing,
+    LightcutOptions, MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets,
+    PathMapping, RestirPtOptions, RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions,
+    WorldReuse,
 };
 use lightshed_caching::{Facets, Refinement};
 use lightshed_guiding::Interpolation;
@@ -96,6 +97,16 @@ pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
     "Frames of four samples a pixel that train the guide; with --guide places all, if not given",
 );
 
+/// What a guide of resampled paths learns from.
+pub const GUIDE_FROM: MethodOption = MethodOption::new(
+    "guide-from",
+    "WHAT",
+    "paths",
+    |text| one_of(text, &GuideSource::ALL.map(GuideSource::name)),
+    "What the guide learns from: paths of the path tracer that do not shade, reservoirs (the paths that pixels hold after resampling, \
+     which are forgotten whenever it has learnt), or both",
+);
+
 /// A guide that is trained for ever.
 pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
     "guide-always",
@@ -142,6 +153,18 @@ pub const SMIS_STEPS: MethodOption = MethodOption::new(
     "",
     |text| within(text, 1..=MAX_MIXTURE_STEPS),
     "Rays of a pixel in a frame; as many as a temporal set has, and one with spatial sets, if not given",
+);
+
+/// States of a pixel.
+pub const STATES: MethodOption = MethodOption::new(
+    "states",
+    "N",
+    "1",
+    |text| match text.parse() {
+        Ok(states) if crate::STATES.contains(&states) => Ok(()),
+        _ => Err(format!("{text} is none of {:?}", crate::STATES)),
+    },
+    "States of a pixel, each with a lobe and a ray in each step: 1, 2, 4 or 8, at most as many as a set has techniques",
 );
 
 /// Emitter samples beside the chains.
@@ -297,6 +320,12 @@ pub const MUTATIONS: MethodOption = MethodOption::new(
     |text| within(text, 0..=64),
     "Steps of a Markov chain on each pixel's sample after reuse from the frame before: its point of an emitter, or the \
      vertex at which its path reconnects",
+);
+
+/// Candidates that know of each other.
+pub const STRATIFIED: MethodOption = MethodOption::switch(
+    "stratified",
+    "Stratify a pixel's candidates for light: a lattice with one random shift",
 );
 
 /// Reconnections by the spread of paths.
@@ -587,6 +616,13 @@ impl MethodValues {
         })
     }
 
+    /// What a guide of resampled paths learns from.
+    pub fn guide_source(&self) -> GuideSource {
+        let name = self.get::<String>(&GUIDE_FROM).unwrap_or_default();
+        let mut all = GuideSource::ALL.into_iter();
+        all.find(|source| source.name() == name).unwrap_or_default()
+    }
+
     /// The frames that train a guide, if told.
     pub fn guide_training_given(&self) -> Option<u32> {
         self.get(&GUIDE_TRAINING).filter(|_| self.has(&GUIDE_TRAINING))
@@ -725,16 +761,17 @@ impl MethodValues {
         };
         options.size = self.get(&SMIS_SIZE).unwrap_or(size);
         options.steps = self.get(&SMIS_STEPS).unwrap_or(options.steps);
+        options.states = self.get(&STATES).unwrap_or(options.states);
         options.samples_emitters = self.is_on(&SMIS_EMITTERS);
         (options.points, options.visible_emission) = (self.points(), self.visible_emission());
         options
     }
 
-    /// Whether Markov chain mixtures have spatial sets of one step a frame, as they do if nothing
-    /// else is told.
+    /// Whether Markov chain mixtures have spatial sets of one step and one state a frame, as they
+    /// do if nothing else is told.
     pub(super) fn has_spatial_step(&self) -> bool {
         let options = self.mixture_options();
-        options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1
+        options.sets == MixtureSets::Spatial && options.steps_of_frame() == 1 && options.states == 1
     }
 
     /// Virtual point lights of a scene: as many bounces as its longest path has room for.

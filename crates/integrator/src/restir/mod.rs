@@ -4,6 +4,7 @@ mod candidates;
 mod di;
 mod gi;
 mod guiding;
+mod held;
 mod indirect;
 mod light;
 mod mutation;
@@ -15,5 +16,5 @@ mod world;
 
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;
-pub use guiding::{GUIDE_UPDATES, GuidedWorlds, PathGuiding};
+pub use guiding::{GUIDE_UPDATES, GuideSource, GuidedWorlds, PathGuiding};
 pub use world::WorldReuse;

@@ -4,6 +4,7 @@
 mod alcove;
 mod checks;
 mod determinants;
+mod directions;
 mod evaluation;
 mod integrals;
 mod mutations;

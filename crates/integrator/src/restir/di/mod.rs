@@ -4,7 +4,7 @@ mod settings;
 
 pub use settings::{RestirDiError, RestirDiSettings};
 
-use super::candidates::{KINDS, Survivors, resample_candidates};
+use super::candidates::{CandidateNumbers, KINDS, Survivors, resample_candidates};
 use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::mutation::mutated;
 use super::passes::{PASSES, Pass};
@@ -225,6 +225,21 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         }
     }
 
+    /// The numbers of a pixel's candidates.
+    fn candidate_numbers(&self, view: FrameView<'_>, index: usize) -> CandidateNumbers {
+        let numbers = view.numbers.pass(Pass::Candidates);
+        let mut rng = numbers.pixel(index);
+        if !self.settings.stratified {
+            return CandidateNumbers::independent(rng);
+        }
+        // The words of the block are the stream's first where points are independent.
+        for _ in 0..4 {
+            rng.next_u32();
+        }
+        let [select, u, v, _] = numbers.block(index);
+        CandidateNumbers::stratified([select, u, v], rng)
+    }
+
     /// Candidates for each pixel, and the visible survivors.
     fn resample_chunk(
         &self,
@@ -245,7 +260,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
                 primary,
                 self.settings.emitter_candidates,
                 by_bsdf[place],
-                &mut rng(place, Pass::Candidates),
+                &mut self.candidate_numbers(view, first + place),
             ));
         }
         for kind in 0..KINDS {

@@ -31,6 +31,9 @@ pub struct RestirDiSettings {
     /// Random numbers of camera rays over the frames. Stratified ones reduce the noise of edges in
     /// the mean of frames.
     pub points: PointSet,
+    /// Whether a pixel's candidates are stratified: their numbers are those of a lattice with one
+    /// random shift, by the numbers of `points`.
+    pub stratified: bool,
     /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
     pub visible_emission: bool,
     /// Steps of a Markov chain on each pixel's emitter after temporal reuse (Sawhney et al. 2022),
@@ -60,6 +63,7 @@ impl RestirDiSettings {
         confidence_cap: 20.0,
         biased: false,
         points: PointSet::Independent,
+        stratified: false,
         visible_emission: false,
         mutations: 0,
         pairs: None,

@@ -14,7 +14,7 @@ pub use options::{
 
 use footprint::PixelFootprint;
 
-use super::guiding::PathGuiding;
+use super::guiding::{GuideSource, PathGuiding};
 use super::world::{WorldCells, held_paths};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
@@ -183,9 +183,19 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
 
     /// With directions of candidates from a guide, too, which is of the same scene.
     #[must_use]
-    pub fn with_guiding(mut self, guiding: PathGuiding<'a, E>) -> Self {
+    pub fn with_guiding(self, guiding: PathGuiding<'a, E>) -> Self {
+        self.with_guiding_from(guiding, GuideSource::Paths)
+    }
+
+    /// The same, where the guide learns from `source`.
+    ///
+    /// If it learns from the paths that pixels hold, these and their guide depend on each other
+    /// from then on, and a merge of the two is biased. So whenever such a guide has learnt,
+    /// everything held is forgotten: all paths of a frame were sampled after its guide.
+    #[must_use]
+    pub fn with_guiding_from(mut self, guiding: PathGuiding<'a, E>, source: GuideSource) -> Self {
         self.world = guiding.world();
-        self.guiding = Some(guiding);
+        self.guiding = Some(guiding.learning_from(source));
         self
     }
 
@@ -364,6 +374,31 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         });
     }
 
+    /// Tells the guide of the paths that pixels hold, if it learns from them.
+    fn teach(&self, view: FrameView<'_>) {
+        let Some(pupil) = self.guiding.as_ref().and_then(|guiding| guiding.pupil(view)) else {
+            return;
+        };
+        let pixels = &self.pixels.of(self.options.kept_frame(view.number)).0;
+        let chunks = self.reservoirs.held.chunks(TREES).zip(pixels.chunks(TREES));
+        parallel::for_each(chunks, |chunk, (held, pixels)| {
+            for (place, (held, pixel)) in held.iter().zip(pixels).enumerate() {
+                if let (Some(sample), Some(domain)) = (held.weighted_sample(), &pixel.domain) {
+                    pupil.hear(chunk * TREES + place, &domain.paths, sample);
+                }
+            }
+        });
+    }
+
+    /// The next frame finds nothing held, neither in pixels nor in cells.
+    fn forget(&mut self) {
+        self.reservoirs.forget();
+        if let Some(reuse) = &self.options.world {
+            // They were made by the same options.
+            self.cells = WorldCells::new(self.world.scene(), reuse).ok();
+        }
+    }
+
     /// A frame of the cells, if there are any: they merge what pixels bring.
     fn bring(
         &self,
@@ -519,9 +554,14 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         if !done || cancelled() {
             return None;
         }
+        self.teach(view);
         let mut counts = self.direct.take_counts(self.world, seen.unwrap_or(0));
         if let Some(guiding) = &mut self.guiding {
-            counts += guiding.finish_frame(view, cancel)?;
+            let lesson = guiding.finish_frame(view, cancel)?;
+            counts += lesson.rays;
+            if lesson.forgets {
+                self.forget();
+            }
         }
         Some(counts)
     }

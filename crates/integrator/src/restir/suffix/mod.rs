@@ -511,7 +511,7 @@ where
         }
         let mut counts = self.direct.take_counts(self.world, camera_rays);
         if let Some(guiding) = &mut self.guiding {
-            counts += guiding.finish_frame(view, cancel)?;
+            counts += guiding.finish_frame(view, cancel)?.rays;
         }
         Some(counts)
     }

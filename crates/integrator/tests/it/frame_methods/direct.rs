@@ -7,7 +7,7 @@ use lightshed_integrator::{
     RestirDiError, RestirDiSettings,
 };
 use lightshed_lights::ShadingPoint;
-use lightshed_sampling::{Density, SolidAngle};
+use lightshed_sampling::{Density, PointSet, SolidAngle};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{EmitterConnection, EmitterEndpoint, EmitterSample, Scene, SurfacePoint, builtin};
 use lightshed_testkit::check_faults;
@@ -31,8 +31,9 @@ pub fn truth(scene: &Scene, images: u32) -> Ensemble {
     )
 }
 
-/// Candidates whose probability is stated wrong by a factor.
-struct Misstated<'a, S>(&'a S, f32);
+/// Candidates whose probability is stated wrong by a factor, and whose numbers for the choice of an
+/// emitter are cut to multiples.
+struct Misstated<'a, S>(&'a S, f32, u64);
 
 impl<S: EmitterSampler> EmitterSampler for Misstated<'_, S> {
     type Site = S::Site;
@@ -60,7 +61,8 @@ impl<S: EmitterSampler> EmitterSampler for Misstated<'_, S> {
         u_select: u64,
         u: [f32; 2],
     ) -> Option<(EmitterEndpoint, f32)> {
-        self.0.sample_endpoint(from, site, u_select, u)
+        self.0
+            .sample_endpoint(from, site, u_select - u_select % self.2, u)
     }
 
     fn endpoint_pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
@@ -103,6 +105,39 @@ fn decorrelated_frames_agree_with_direct_light() {
     agreement.verdict().unwrap();
 }
 
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum LatticeFault {
+    Density,
+    /// Without the random shift: the same emitters in every frame.
+    NotShifted,
+}
+
+/// Candidates on a lattice, with numbers of the set that the settings name.
+#[test]
+fn stratified_candidates_agree_with_direct_light() {
+    let scene = every_emitter(32, 2);
+    let truth = truth(&scene, 100);
+    let mut settings = settings();
+    settings.stratified = true;
+    for points in [PointSet::Independent, PointSet::BlueNoise] {
+        settings.points = points;
+        check_faults(&[LatticeFault::Density, LatticeFault::NotShifted], |fault| {
+            let by_power = scene.emitters_by_power();
+            let (factor, step) = match fault {
+                None => (1.0, 1),
+                Some(LatticeFault::Density) => (1.05, 1),
+                Some(LatticeFault::NotShifted) => (1.0, u64::MAX / 3 + 1),
+            };
+            let sampler = Misstated(&by_power, factor, step);
+            let make = || RestirDi::new(&scene, &sampler, settings).unwrap();
+            let agreement = Ensemble::of_chains(make, 1..4, 90, 1).compare(&truth);
+            println!("{points:?}, {fault:?}: {agreement:?}");
+            agreement.verdict()
+        })
+        .unwrap();
+    }
+}
+
 /// Chains of four frames, those with reuse in time, in scenes with every kind of emitter and lobe.
 #[test]
 fn frames_agree_with_direct_light() {
@@ -121,7 +156,7 @@ fn frames_agree_with_direct_light() {
             settings.biased = fault == Some(Fault::Biased);
             let frames = if fault == Some(Fault::Density) {
                 let by_power = scene.emitters_by_power();
-                let sampler = Misstated(&by_power, 1.05);
+                let sampler = Misstated(&by_power, 1.05, 1);
                 let make = || RestirDi::new(&scene, &sampler, settings).unwrap();
                 Ensemble::of_chains(make, 1..4, chains, 1)
             } else {
@@ -150,7 +185,7 @@ fn candidates_of_light_samplers_agree_with_direct_light() {
             &[]
         };
         check_faults(faults, |fault| {
-            let sampler = Misstated(&selection, if fault.is_some() { 1.1 } else { 1.0 });
+            let sampler = Misstated(&selection, if fault.is_some() { 1.1 } else { 1.0 }, 1);
             let make = || RestirDi::new(&scene, &sampler, settings()).unwrap();
             let agreement = Ensemble::of_chains(make, 1..4, 60, 1).compare(&truth);
             println!("{}, {fault:?}: {agreement:?}", choosing.name());

@@ -5,9 +5,9 @@ use super::restir_pt::truth;
 use super::scenes::{cornell_without_light, every_emitter, small_description};
 use lightshed_film::FrameMethod;
 use lightshed_integrator::{
-    AnyEmitters, CameraMotion, GuideError, GuideKind, GuidedPathsOptions, GuidedWorlds, Neighbourhood,
-    PathGuiding, PathMapping, PixelSensor, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
-    SceneWorld, Stage,
+    AnyEmitters, CameraMotion, GuideError, GuideKind, GuideSource, GuidedPathsOptions, GuidedWorlds,
+    Neighbourhood, PathGuiding, PathMapping, PixelSensor, RestirPt, RestirPtOptions, RestirSuffix,
+    RestirSuffixOptions, SceneWorld, Stage,
 };
 use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
 use lightshed_scene::{Rgb, Scene, builtin};
@@ -160,6 +160,32 @@ fn guided_paths_that_pixels_share_agree_with_path_tracing() {
     }
 }
 
+/// Guides that learn from the paths that pixels hold, in frames before, between and after the times
+/// at which they do. Without the rule that everything held is forgotten then, it is not so.
+#[test]
+fn guides_that_learn_from_reservoirs_agree_with_path_tracing() {
+    for (name, scene) in scenes() {
+        let truth = truth(&scene, 75);
+        let sources = [
+            (GuideKind::Quadtree, GuideSource::Both),
+            (GuideKind::Vmf, GuideSource::Reservoirs),
+            (GuideKind::Mixture, GuideSource::Reservoirs),
+        ];
+        for (kind, source) in sources {
+            let stage = Stage::new(&scene);
+            let make = || {
+                let worlds = worlds(&stage);
+                let guiding = PathGuiding::new(worlds, guide(kind)).unwrap();
+                let method = RestirPt::new(worlds.first(), paths(), CameraMotion::STILL).unwrap();
+                method.with_guiding_from(guiding, source)
+            };
+            let agreement = Ensemble::of_chains(make, 1..6, 70, 1).compare(&truth);
+            println!("{name}, {kind:?} from {source:?}: {agreement:?}");
+            agreement.verdict().unwrap();
+        }
+    }
+}
+
 #[test]
 fn guided_prefixes_agree_with_path_tracing() {
     for (name, scene) in scenes() {
@@ -247,6 +273,38 @@ fn guided_worlds_keep_the_laws() {
     assert!(tally.scattering_densities >= 16, "{tally:?}");
     let again = PathGuiding::new(worlds, guide(GuideKind::Quadtree)).err();
     assert_eq!(again, Some(GuideError::Used));
+}
+
+/// A guide learns from what pixels hold, without a ray beside those of replays, and everything held
+/// is forgotten then.
+#[test]
+fn reservoirs_teach_and_are_forgotten() {
+    let (_, scene) = scenes().into_iter().next().unwrap();
+    let stage = Stage::new(&scene);
+    let worlds = worlds(&stage);
+    let guiding = PathGuiding::new(worlds, guide(GuideKind::Vmf)).unwrap();
+    let method = RestirPt::new(worlds.first(), paths(), CameraMotion::STILL).unwrap();
+    let mut method = method.with_guiding_from(guiding, GuideSource::Reservoirs);
+    let plain = RestirPt::new(stage.world(None).unwrap(), paths(), CameraMotion::STILL);
+    let (mut plain, mut image) = (plain.unwrap(), vec![Rgb::ZERO; 32 * 32]);
+    let held = |figures: Vec<(&'static str, f64)>| {
+        let held = figures.into_iter().find(|(name, _)| *name == "held_samples");
+        held.unwrap().1
+    };
+    for frame in 0..6 {
+        let rays = method.render_frame(frame, 5, &mut image, &AtomicBool::new(false));
+        let unguided = plain.render_frame(frame, 5, &mut image, &AtomicBool::new(false));
+        let (rays, unguided) = (rays.unwrap(), unguided.unwrap());
+        assert!(rays.path < 2 * unguided.path, "{rays:?}, {unguided:?}");
+        // The guide learns after the first, the second and the fourth frame.
+        let learns = [0, 1, 3].contains(&frame);
+        assert_eq!(held(method.figures()) == 0.0, learns, "frame {frame}");
+    }
+    let regions = worlds
+        .world(3)
+        .guide()
+        .map(lightshed_integrator::SceneField::learnt_regions);
+    assert!(regions.is_some_and(|regions| regions > 0), "{regions:?}");
 }
 
 /// The same image for any number of threads, also after the guide has learnt.

@@ -2,7 +2,7 @@
 
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter, small_description};
-use lightshed_film::{Budget, RenderOptions, render_frames};
+use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     CameraMotion, LightChoosing, LightSelection, Mixture, MixtureError, MixtureOptions, MixtureSets,
     PathTracer,
@@ -10,7 +10,7 @@ use lightshed_integrator::{
 use lightshed_resampling::Exchange;
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::import::load;
-use lightshed_scene::{EmittersByPower, Geometry, Scene, SceneDescription, builtin};
+use lightshed_scene::{EmittersByPower, Geometry, Rgb, Scene, SceneDescription, builtin};
 use lightshed_testkit::check_faults;
 use std::sync::atomic::AtomicBool;
 
@@ -92,6 +92,39 @@ fn frames_agree_with_path_tracing() {
             agreement.verdict()
         })
         .unwrap();
+    }
+}
+
+/// Several states of a pixel, each a place of its tile. Chains that do not trade places are found.
+#[test]
+fn several_states_agree_with_path_tracing() {
+    let glossy = cornell_without_light(builtin::cornell_glossy(), 16);
+    let lit = every_emitter(16, 3);
+    let glossy = scene(glossy, 16, 2);
+    for (name, scene, sets, size, states, chains) in [
+        ("every emitter", &lit, MixtureSets::Spatial, 16, 4, 60),
+        ("every emitter", &lit, MixtureSets::Spatial, 8, 8, 40),
+        ("cornell-glossy", &glossy, MixtureSets::Temporal, 4, 2, 60),
+    ] {
+        let truth = truth(scene, 60);
+        let mut options = options(sets, size);
+        (options.states, options.samples_emitters) = (states, states == 8);
+        let faults: &[Exchange] = match name {
+            "cornell-glossy" => &[Exchange::Kept],
+            _ => &[],
+        };
+        check_faults(faults, |fault| {
+            let make = || method(scene, options_with(options, fault));
+            let agreement = Ensemble::of_chains(make, 1..5, chains, 1).compare(&truth);
+            println!("{name}, {sets:?}, {states} states, {fault:?}: {agreement:?}");
+            agreement.verdict()
+        })
+        .unwrap();
+        let mut one = method(scene, options);
+        let mut image = vec![Rgb::ZERO; 16 * 16];
+        one.render_frame(0, 1, &mut image, &AtomicBool::new(false))
+            .unwrap();
+        assert_eq!(one.states().len(), 16 * 16 * states as usize);
     }
 }
 
@@ -220,8 +253,14 @@ fn frames_of_a_moving_camera_agree_with_path_tracing() {
 #[test]
 fn frames_do_not_depend_on_threads() {
     let scene = scene(builtin::cornell_glossy(), 13, 3);
-    for sets in MixtureSets::ALL {
-        let mut method = method(&scene, options(sets, 8));
+    for (sets, states) in [
+        (MixtureSets::Temporal, 1),
+        (MixtureSets::Spatial, 1),
+        (MixtureSets::Spatial, 2),
+    ] {
+        let mut options = options(sets, 8);
+        options.states = states;
+        let mut method = method(&scene, options);
         let mut rendered = |threads| {
             let mut render = RenderOptions::new(13, 13, Budget::Samples(4));
             (render.threads, render.seed) = (threads, 5);
@@ -245,6 +284,8 @@ fn wrong_options_are_refused() {
     };
     assert_eq!(refused(&|o| o.size = 12), MixtureError::Size(12));
     assert_eq!(refused(&|o| o.steps = 65), MixtureError::Steps(65));
+    assert_eq!(refused(&|o| o.states = 3), MixtureError::States(3));
+    assert_eq!(refused(&|o| (o.size, o.states) = (4, 8)), MixtureError::States(8));
     let error = refused(&|o| o.chains.defensive_share = 0.0);
     assert!(error.to_string().contains("defensive_share"), "{error}");
     assert!("both".parse::<MixtureSets>().is_err());

@@ -9,6 +9,7 @@ mod indirect;
 mod learnt;
 mod mixture;
 mod path_reuse;
+mod points;
 mod published;
 mod restir_pt;
 mod restir_volume;

@@ -6,6 +6,7 @@ mod conditional;
 mod duplicates;
 mod faults;
 mod finite;
+mod learning;
 mod merging;
 mod mutations;
 mod reuse;
