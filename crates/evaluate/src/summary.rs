@@ -40,7 +40,8 @@ impl Record {
                 let frames = runs().filter_map(|run| run.curve.last().map(|point| f64::from(point.frames)));
                 Standing {
                     name: name.clone(),
-                    frames: frames.sum::<f64>() / self.repeats.len().max(1) as f64,
+                    // An empty sum is -0.
+                    frames: (0.0 + frames.sum::<f64>()) / self.repeats.len().max(1) as f64,
                     by_metric: Metric::ALL.map(|metric| self.standing(place, metric)).into(),
                 }
             })
