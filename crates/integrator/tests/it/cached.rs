@@ -1,7 +1,7 @@
 //! Paths that end in a cache: what ends them keeps what it says, the image does not depend on
 //! threads, and bounds hold.
 
-use lightshed_caching::Termination;
+use lightshed_caching::{CachedRadiance, Facets, Refinement, Termination};
 use lightshed_film::{
     Budget, Film, FrameMethod, MAX_BATCH, PixelEstimator, RenderOptions, SampleId, render, render_frames,
 };
@@ -139,21 +139,53 @@ fn threads_change_nothing() {
     same_for_any_number_of_threads(&scene, options);
 }
 
-fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) {
-    let images = [1, 2, 5].map(|threads| {
+/// So it is where cells are split while the table is full, and where records are by direction.
+#[test]
+fn threads_change_no_split_and_no_facet() {
+    let description = sized(builtin::cornell_glossy(), 24);
+    let scene = Scene::new(&description).unwrap();
+    let mut options = options(
+        &scene,
+        Termination::Variance {
+            threshold: 0.3,
+            relative: true,
+        },
+    );
+    (options.passes, options.every_frame, options.cache.slots) = (24, true, 128);
+    options.cache.refinement = Some(Refinement {
+        least_bias: 0.0,
+        most_load: 1.0,
+        levels: 3,
+    });
+    let split = same_for_any_number_of_threads(&scene, options);
+    assert!(split > 4, "{split}");
+    options.facets = Some(Facets::new(8).unwrap());
+    let both = same_for_any_number_of_threads(&scene, options);
+    assert!(both > 0, "{both}");
+    options.cache.refinement = None;
+    assert_eq!(same_for_any_number_of_threads(&scene, options), 0);
+}
+
+/// Returns how many cells are split.
+fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) -> usize {
+    let images = [1, 2, 7].map(|threads| {
         let mut method = cached(scene, options);
         let film = rendered(&mut method, 2, 3, threads);
-        (film.mean_image(), method.report(), method.figures())
+        let known = method.cache().view();
+        let known: (Vec<u64>, Vec<CachedRadiance>) = (known.words().collect(), known.records().to_vec());
+        (film.mean_image(), method.report(), method.figures(), known)
     });
-    let (image, report, figures) = &images[0];
+    let (image, report, figures, known) = &images[0];
     assert!(
         report.occupancy.refused > 0,
         "a table that is too small: {report:?}"
     );
-    for (other, other_report, other_figures) in &images[1..] {
+    for (other, other_report, other_figures, other_known) in &images[1..] {
         assert_eq!((other.pixels(), other_report), (image.pixels(), report));
         assert_eq!(other_figures, figures);
+        assert!(other_known == known, "records");
     }
+    report.split
 }
 
 /// What path tracing has after so many samples a pixel.
