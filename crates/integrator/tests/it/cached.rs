@@ -134,41 +134,64 @@ fn threads_change_nothing() {
         },
     );
     (options.passes, options.every_frame, options.cache.slots) = (6, true, 64);
-    same_for_any_number_of_threads(&scene, options);
+    same_for_any_number_of_threads(&scene, options, None).unwrap();
     options.guide = Some(GuidedPathsOptions::new(GuideKind::Vmf));
-    same_for_any_number_of_threads(&scene, options);
+    same_for_any_number_of_threads(&scene, options, None).unwrap();
 }
 
-/// So it is where cells are split while the table is full, and where records are by direction.
+/// A fault of one thread.
+#[derive(Clone, Copy, Debug)]
+enum ThreadFault {
+    /// With seven threads other vertices are kept.
+    Kept,
+    /// With seven threads cells are split, or separated by direction, as others are not.
+    Cells,
+}
+
+/// So it is where cells are split while the table is full, and where records are by direction. A
+/// fault of one thread is noticed.
 #[test]
 fn threads_change_no_split_and_no_facet() {
     let description = sized(builtin::cornell_glossy(), 24);
     let scene = Scene::new(&description).unwrap();
-    let mut options = options(
-        &scene,
-        Termination::Variance {
-            threshold: 0.3,
-            relative: true,
-        },
-    );
-    (options.passes, options.every_frame, options.cache.slots) = (24, true, 128);
-    options.cache.refinement = Some(Refinement {
+    let rule = Termination::Variance {
+        threshold: 0.3,
+        relative: true,
+    };
+    let mut refined = options(&scene, rule);
+    (refined.passes, refined.every_frame, refined.cache.slots) = (16, true, 128);
+    refined.cache.refinement = Some(Refinement {
         least_bias: 0.0,
         most_load: 1.0,
         levels: 3,
     });
-    let split = same_for_any_number_of_threads(&scene, options);
-    assert!(split > 4, "{split}");
-    options.facets = Some(Facets::new(8).unwrap());
-    let both = same_for_any_number_of_threads(&scene, options);
-    assert!(both > 0, "{both}");
-    options.cache.refinement = None;
-    assert_eq!(same_for_any_number_of_threads(&scene, options), 0);
+    let mut both = refined;
+    both.facets = Some(Facets::new(8).unwrap());
+    let mut faceted = both;
+    faceted.cache.refinement = None;
+    let faults = [ThreadFault::Kept, ThreadFault::Cells];
+    check_faults(&faults, |fault| {
+        let split = same_for_any_number_of_threads(&scene, refined, fault)?;
+        assert!(split > 0);
+        assert_eq!(same_for_any_number_of_threads(&scene, faceted, fault)?, 0);
+        same_for_any_number_of_threads(&scene, both, fault).map(drop)
+    })
+    .expect("all faults are noticed");
 }
 
 /// Returns how many cells are split.
-fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) -> usize {
+fn same_for_any_number_of_threads(
+    scene: &Scene,
+    options: CachedPathsOptions,
+    fault: Option<ThreadFault>,
+) -> Result<usize, String> {
     let images = [1, 2, 7].map(|threads| {
+        let mut options = options;
+        match fault.filter(|_| threads == 7) {
+            Some(ThreadFault::Kept) => options.cache.keep_one_in += 1,
+            Some(ThreadFault::Cells) => (options.cache.refinement, options.facets) = (None, None),
+            None => (),
+        }
         let mut method = cached(scene, options);
         let film = rendered(&mut method, 2, 3, threads);
         let known = method.cache().view();
@@ -181,11 +204,14 @@ fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) ->
         "a table that is too small: {report:?}"
     );
     for (other, other_report, other_figures, other_known) in &images[1..] {
-        assert_eq!((other.pixels(), other_report), (image.pixels(), report));
-        assert_eq!(other_figures, figures);
-        assert!(other_known == known, "records");
+        if other_known != known {
+            return Err("other records".to_owned());
+        }
+        if (other.pixels(), other_report, other_figures) != (image.pixels(), report, figures) {
+            return Err(format!("{other_report:?} and {report:?}"));
+        }
     }
-    report.split
+    Ok(report.split)
 }
 
 /// What path tracing has after so many samples a pixel.
