@@ -715,9 +715,11 @@ impl MethodValues {
         self.get(&CAP).or(default)
     }
 
-    /// Whether reuse is in pairs, by footprints, or followed by steps of Markov chains.
+    /// Whether candidates are stratified, or reuse is in pairs, by footprints, or followed by steps
+    /// of Markov chains.
     pub fn is_decorrelated(&self) -> bool {
-        self.get::<u32>(&PAIRS).is_some()
+        self.is_on(&STRATIFIED)
+            || self.get::<u32>(&PAIRS).is_some()
             || self.get::<f32>(&FOOTPRINT).is_some()
             || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
     }

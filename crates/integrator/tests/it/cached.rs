@@ -159,7 +159,7 @@ fn threads_change_no_split_and_no_facet() {
         relative: true,
     };
     let mut refined = options(&scene, rule);
-    (refined.passes, refined.every_frame, refined.cache.slots) = (16, true, 128);
+    (refined.passes, refined.every_frame, refined.cache.slots) = (64, true, 128);
     refined.cache.refinement = Some(Refinement {
         least_bias: 0.0,
         most_load: 1.0,
