@@ -10,8 +10,9 @@ use std::sync::atomic::AtomicBool;
 
 /// Path tracing with paths that end in a cache of radiance: the estimator of
 /// `lightshed_integrator::CachedPaths`, with independent random numbers. The host fills the cache,
-/// and trains the guide if there is one, before the first frame. All frames are rendered on the
-/// device, with the host's random numbers, cache and decisions, so that they differ by rounding
+/// and trains the guide if there is one, before the first frame. If a pass comes before each frame,
+/// the host does it, and the device gets what the cache answers then. All frames are rendered on
+/// the device, with the host's random numbers, cache and decisions, so that they differ by rounding
 /// only. Biased, as on the host.
 pub struct GpuCachedPaths<'a> {
     host: CachedPaths<'a, EmittersByPower<'a>>,
@@ -27,8 +28,8 @@ impl<'a> GpuCachedPaths<'a> {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for a cache that learns with every frame, a guide other than
-    /// quadtrees, or options that `CachedPaths` refuses; [`GpuError::Refused`],
+    /// [`GpuError::Settings`] for a cache with split cells or records by direction, a guide other
+    /// than quadtrees, or options that `CachedPaths` refuses; [`GpuError::Refused`],
     /// [`GpuError::TooLarge`].
     pub fn new(
         gpu: &'a Gpu,
@@ -70,11 +71,6 @@ impl<'a> GpuCachedPaths<'a> {
 
 /// What of a cache the device knows.
 pub(crate) fn check_cache(options: &CachedPathsOptions) -> Result<(), GpuError> {
-    if options.every_frame {
-        return Err(GpuError::Settings(
-            "on the device a cache is filled before its frames, not with each of them".into(),
-        ));
-    }
     if options.cache.refinement.is_some() {
         return Err(GpuError::Settings(
             "on the device the cells of a cache are not split".into(),
@@ -107,6 +103,10 @@ impl GpuMethod for GpuCachedPaths<'_> {
             self.device
                 .set_cache(&self.host.ending(), field.as_ref(), roulette)?;
             self.is_filled = true;
+        } else if self.host.options().every_frame {
+            // The guide no longer trains.
+            self.host.prepare(&AtomicBool::new(false));
+            self.device.write_cache(&self.host.ending());
         }
         if self.samples == 1 {
             return self.device.frame(frame, seed);

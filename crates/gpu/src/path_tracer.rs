@@ -192,6 +192,12 @@ impl<'a> GpuPathTracer<'a> {
         self.set(field, Some(ending), roulette_depth)
     }
 
+    /// What the cache of [`set_cache`](Self::set_cache) answers now. Nothing else of how paths end
+    /// changes.
+    pub(crate) fn write_cache(&self, ending: &CacheEnding<'_>) {
+        self.cache.write(self.gpu, ending);
+    }
+
     fn set(
         &mut self,
         field: Option<&FlatGuidingField<'_>>,

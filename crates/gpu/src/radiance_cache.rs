@@ -101,8 +101,7 @@ pub(crate) struct CacheMemory {
 impl CacheMemory {
     /// What a cache answers now.
     pub fn new(gpu: &Gpu, ending: &CacheEnding<'_>) -> Result<Self, GpuError> {
-        let words: Vec<u64> = ending.cache.words().collect();
-        let records: Vec<[f32; 16]> = ending.cache.records().iter().map(record_row).collect();
+        let (words, records) = answers(ending);
         let settings = SettingsRow {
             grid: LevelGridRow::new(ending.cache.cells(), words.len()),
             rule: TerminationRow::try_from(&ending.rule)?,
@@ -117,6 +116,13 @@ impl CacheMemory {
             records: gpu.buffer("cache records", &records)?,
             is_used: true,
         })
+    }
+
+    /// What a cache with as many slots answers now, in place of what this one did.
+    pub fn write(&self, gpu: &Gpu, ending: &CacheEnding<'_>) {
+        let (words, records) = answers(ending);
+        gpu.write(&self.words, &words);
+        gpu.write(&self.records, &records);
     }
 
     /// Memory in place of a cache, for paths that end in none.
@@ -152,6 +158,12 @@ impl CacheMemory {
             cache_records: &self.records,
         }
     }
+}
+
+/// The words of a cache's slots, and its records in the layout of shaders.
+fn answers(ending: &CacheEnding<'_>) -> (Vec<u64>, Vec<[f32; 16]>) {
+    let records = ending.cache.records().iter().map(record_row);
+    (ending.cache.words().collect(), records.collect())
 }
 
 /// A record in the layout of shaders.

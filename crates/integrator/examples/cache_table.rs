@@ -12,15 +12,17 @@
 //! surfaces have records in `FACETS²` directions.
 //!
 //! With `EVERY`, the points above a bound are told apart: those that keep it by the brightness that
-//! the cache has there, of the others those where one edge varies by more than a fifth over what
-//! the cache says (`P`), and the rest.
+//! the cache has there; of the others those where one edge varies by more than a fifth over what
+//! the cache says (`P`); of the others those where the shares `α` of paths have that effect, as `α`
+//! is that of a moved look-up: `E[α²] P` is above the bound though `P` is right in the mean; and
+//! the rest. An absolute bound has no brightness.
 //!
 //! Errors are of luminance, over the squared luminance of the pixel in the reference, plus a
 //! hundredth of the squared mean of the image; the mean over all pixels but the brightest and
 //! darkest per cent. `above` is the share of pixels whose variance is more than 1.2 times the
 //! bound. The reference has the last word on no more than its own noise, which is taken off.
 
-use lightshed_caching::{CacheView, Facets, Prefixed, Refinement, Termination};
+use lightshed_caching::{CacheView, Facets, PathBudget, Prefixed, Refinement, Termination};
 use lightshed_film::{FrameMethod, PixelEstimator, RayTally, SampleId, process_cpu_seconds};
 use lightshed_integrator::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsOptions, EndingVertex, GuidedPathsOptions, PathEnding,
@@ -119,13 +121,13 @@ fn kept(found: &Pixels, truth: &Pixels, bound: f64) -> [f64; 2] {
 }
 
 /// What the cache says at the first vertex, in place of the image.
-struct Said<'c> {
+struct Said<'c, F> {
     cache: CacheView<'c>,
     eye: Vec3,
-    what: fn(&Prefixed) -> f32,
+    what: F,
 }
 
-impl PathEnding for Said<'_> {
+impl<F: Fn(&Prefixed) -> f32 + Sync> PathEnding for Said<'_, F> {
     type Path = ();
 
     fn at(&self, (): &mut (), vertex: &EndingVertex) -> VertexEnding {
@@ -142,26 +144,48 @@ impl PathEnding for Said<'_> {
     }
 }
 
-/// Shares of the points above a bound: those that keep it by the cache's brightness, those whose
-/// variance the cache underestimates, the rest.
-fn reasons(found: &Pixels, truth: &Pixels, bound: f64, [squares, claimed, edge]: [&Pixels; 3]) -> [f64; 3] {
-    let floor = 0.01 * truth.image_mean().powi(2);
-    let mut shares = [0.0; 3];
-    let each = 1.0 / truth.sums.len() as f64;
-    for p in 0..truth.sums.len() {
-        let (variance, most) = (found.variance(p), 1.2 * bound);
-        if variance <= most * (truth.mean(p).powi(2) + floor) {
-            continue;
+/// What is known of the points whose variances are held to a bound.
+struct Known<'p> {
+    found: &'p Pixels,
+    truth: &'p Pixels,
+    /// Squared brightness that the cache has, the variance that it says of an edge, the squared
+    /// share of the path that continues.
+    said: [Pixels; 3],
+    /// Paths that end after one edge.
+    edge: Pixels,
+    is_relative: bool,
+}
+
+impl Known<'_> {
+    /// Shares of the points that are more than a fifth above a bound: those that keep it by the
+    /// cache's brightness, those whose variance the cache underestimates, those whose paths
+    /// continue by shares that vary, the rest.
+    fn reasons(&self, bound: f64) -> [f64; 4] {
+        let [squares, claimed, shares] = &self.said;
+        let floor = 0.01 * self.truth.image_mean().powi(2);
+        let most = |squared: f64| match self.is_relative {
+            true => 1.2 * bound * (squared + floor),
+            false => 1.2 * bound,
+        };
+        let mut found = [0.0; 4];
+        for p in 0..self.truth.sums.len() {
+            let (variance, edge) = (self.found.variance(p), self.edge.variance(p));
+            if variance <= most(self.truth.mean(p).powi(2)) {
+                continue;
+            }
+            let reason = if variance <= most(squares.mean(p)) {
+                0
+            } else if edge > 1.2 * claimed.mean(p) {
+                1
+            } else if shares.mean(p) * edge > most(squares.mean(p)) {
+                2
+            } else {
+                3
+            };
+            found[reason] += 1.0 / self.truth.sums.len() as f64;
         }
-        let by_brightness = variance <= most * (squares.mean(p) + floor);
-        let by_variance = edge.variance(p) > 1.2 * claimed.mean(p);
-        shares[if by_brightness {
-            0
-        } else {
-            2 - usize::from(by_variance)
-        }] += each;
+        found
     }
-    shares
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -284,36 +308,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             _ => Pixels::new(&tracer, points, samples, 1),
         };
-        let bound = rule.strip_prefix("variance@").map(|rest| {
-            let end = rest.find(['+', '~', '%', '^']).unwrap_or(rest.len());
-            rest[..end].parse::<f64>()
-        });
+        let bound = ends
+            .strip_prefix("variance")
+            .and_then(|rest| rest.split_once('@'))
+            .map(|(_, bound)| bound.parse::<f64>());
         if let (Some(Ok(bound)), true) = (bound, points.every > 1) {
-            let said = |what: fn(&Prefixed) -> f32| {
+            let rule = options.rule;
+            let tracer = || PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(64), 8);
+            let said = |what: &(dyn Fn(&Prefixed) -> f32 + Sync)| {
                 let (cache, eye) = (ending.cache, ending.eye);
-                let tracer = PathTracer::new(&scene, scene.emitters_by_power());
-                Pixels::new(
-                    &tracer
-                        .with_depths(Some(64), 8)
-                        .with_ending(Said { cache, eye, what }),
-                    points,
-                    64,
-                    3,
-                )
+                Pixels::new(&tracer().with_ending(Said { cache, eye, what }), points, 64, 3)
             };
-            let rule = Termination::Fixed { depth: 2 };
             let unused = RayTally::default();
             let one_edge = CacheEnding {
-                rule,
+                rule: Termination::Fixed { depth: 2 },
                 rays: &unused,
                 ..ending
             };
-            let one_edge = PathTracer::new(&scene, scene.emitters_by_power()).with_ending(one_edge);
-            let squares = said(|at| at.brightness * at.brightness);
-            let claimed = said(|at| at.variance);
-            let edge = Pixels::new(&one_edge, points, samples, 4);
-            let [bright, variance, rest] = reasons(&found, &truth, bound, [&squares, &claimed, &edge]);
-            println!("above by brightness {bright:.3}, by local variance {variance:.3}, else {rest:.3}");
+            let known = Known {
+                found: &found,
+                truth: &truth,
+                said: [
+                    said(&|at| at.brightness * at.brightness),
+                    said(&|at| at.variance),
+                    said(&|at| PathBudget::default().share(&rule, 1, at).powi(2)),
+                ],
+                edge: Pixels::new(&tracer().with_ending(one_edge), points, samples, 4),
+                is_relative: ends.starts_with("variance@"),
+            };
+            let [bright, variance, shares, rest] = known.reasons(bound);
+            println!(
+                "above by brightness {bright:.3}, by local variance {variance:.3}, by shares {shares:.3}, else {rest:.3}"
+            );
         }
         let edges = rays.take().path as f64 / (found.sums.len() as f64 * found.count);
         let figures = method.figures();

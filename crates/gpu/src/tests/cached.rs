@@ -11,7 +11,7 @@ use lightshed_integrator::{
     SceneField,
 };
 use lightshed_scene::{EmittersByPower, Rgb, Scene, SceneDescription, builtin};
-use lightshed_testkit::MeanTest;
+use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::atomic::AtomicBool;
 
 const SIDE: u32 = 64;
@@ -209,6 +209,58 @@ fn frames_are_those_of_the_cpu() {
     }
 }
 
+/// So are frames of a cache that learns before each of them, which differ from those of one that
+/// does not. A device that keeps what the cache answered first is found.
+#[test]
+fn a_cache_that_learns_is_followed() {
+    let Some(gpu) = gpu() else { return };
+    if !gpu.is_exact() {
+        println!("SKIPPED: other branches are another image");
+        return;
+    }
+    let scene = sized(builtin::door_gap());
+    let flat = GpuScene::new(gpu, &scene).expect("the scene is flat");
+    let options = CachedPathsOptions {
+        every_frame: true,
+        rule: RELATIVE,
+        ..options(&scene, 4, true)
+    };
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// The host has the passes before each frame, the device those before the first.
+        Kept,
+    }
+    check_faults(&[Fault::Kept], |fault| {
+        let of_device = CachedPathsOptions {
+            every_frame: fault.is_none(),
+            ..options
+        };
+        let mut device = GpuCachedPaths::new(gpu, &scene, &flat, of_device).expect("options are sound");
+        let mut host =
+            CachedPaths::new(&scene, scene.emitters_by_power(), options).expect("options are sound");
+        let mut truth = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
+        for frame in 0..4 {
+            let (image, _) = device.frame(frame, 17).expect("the device answers");
+            lightshed_film::FrameMethod::render_frame(
+                &mut host,
+                frame,
+                17,
+                &mut truth,
+                &AtomicBool::new(false),
+            );
+            let scale = truth.iter().map(|value| value.max_element()).fold(0.0, f32::max);
+            let apart = |(value, truth): (&[f32; 3], &Rgb)| (Rgb::from(*value) - *truth).abs().max_element();
+            let worst = image.iter().zip(&truth).map(apart).fold(0.0, f32::max) / scale;
+            println!("{fault:?}, frame {frame}: {worst}");
+            if !(scale > 0.0 && worst < 1e-6) {
+                return Err(format!("frame {frame}: {worst}"));
+            }
+        }
+        Ok(())
+    })
+    .expect("the fault is noticed");
+}
+
 /// Means of ended paths agree with the host's, by z-tests at 10⁻⁴, in three scenes; another seed
 /// than the host's. What the cache replaces twice is found.
 #[test]
@@ -273,11 +325,11 @@ fn options_are_taken_or_refused() {
         "path:variance@0.1:cache-passes=4:cache-borders:cache-survival=0.6",
         "path:variance-absolute@0.1:cdq",
         "path:mse@16:points=independent",
+        "path:variance@0.3:cache-always",
     ] {
         assert!(matches!(started(text), Ok(Ok(()))), "{text}");
     }
     for (text, why) in [
-        ("path:fixed:cache-always", "filled before its frames"),
         ("path:fixed:cache-refine=2", "not split"),
         ("path:fixed:cache-facets=8", "by direction"),
         ("path:fixed:vmf", "cdq alone"),

@@ -74,8 +74,8 @@ impl Method {
     }
 
     /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
-    /// is biased, and its frames depend on earlier ones if the cache continues to learn; then the
-    /// device does not support it. With decorrelated reuse, samples of direct light or with
+    /// is biased, and its frames depend on earlier ones if the cache continues to learn. The device
+    /// has no cache with split cells or records by direction. With decorrelated reuse, samples of direct light or with
     /// reservoirs in cells of space, the device does not support it, either; nor with guides, but
     /// for paths guided by `cdq` that train for some frames only. Of Markov chain mixtures it has
     /// spatial sets of one step.
@@ -90,7 +90,7 @@ impl Method {
             ..own
         };
         let guided = self.values.guided_paths();
-        // The device looks up in guides and caches what the host has learnt before.
+        // The device looks up in guides and caches what the host has learnt.
         let device = own.device
             && guided.as_ref().is_none_or(|guided| {
                 !own.media && !own.frames && guided.kind == GuideKind::Quadtree && !guided.every_frame
@@ -101,7 +101,7 @@ impl Method {
                 frames: true,
                 chain,
                 biased: true,
-                device: device && !chain,
+                device: device && self.values.cache_has_plain_cells(),
                 ..own
             };
         }

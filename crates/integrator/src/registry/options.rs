@@ -633,6 +633,13 @@ impl MethodValues {
         self.get(&CACHE)
     }
 
+    /// Whether the cells of a cache are neither split nor separated by direction.
+    pub(super) fn cache_has_plain_cells(&self) -> bool {
+        [&CACHE_REFINE, &CACHE_FACETS]
+            .iter()
+            .all(|option| self.get(option).unwrap_or(0u32) == 0)
+    }
+
     /// How paths end in a cache of a scene, if they do.
     pub fn cached_paths(&self, scene: &Scene) -> Option<CachedPathsOptions> {
         let mut options = CachedPathsOptions::new(self.cache_rule()?.0, scene);
@@ -708,9 +715,11 @@ impl MethodValues {
         self.get(&CAP).or(default)
     }
 
-    /// Whether reuse is in pairs, by footprints, or followed by steps of Markov chains.
+    /// Whether candidates are stratified, or reuse is in pairs, by footprints, or followed by steps
+    /// of Markov chains.
     pub fn is_decorrelated(&self) -> bool {
-        self.get::<u32>(&PAIRS).is_some()
+        self.is_on(&STRATIFIED)
+            || self.get::<u32>(&PAIRS).is_some()
             || self.get::<f32>(&FOOTPRINT).is_some()
             || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
     }

@@ -165,12 +165,15 @@ fn other_names_and_values_are_refused() {
         ..
     } = method.capabilities();
     assert_eq!((biased, chain, device), (true, false, true));
-    for text in ["path:variance@0.25:cache-always", "path:vmf:variance@0.25"] {
+    for (text, device) in [
+        ("path:variance@0.25:cache-always", true),
+        ("path:vmf:variance@0.25", false),
+        ("path:variance@0.25:cache-refine=2", false),
+        ("path:variance@0.25:cache-facets=8", false),
+    ] {
         let method: Method = text.parse().unwrap();
-        assert!(
-            method.capabilities().biased && !method.capabilities().device,
-            "{text}"
-        );
+        let found = method.capabilities();
+        assert!(found.biased && found.device == device, "{text}");
     }
     // A default is as if it was not given.
     let method: Method = "restir-pt:hybrid".parse().unwrap();

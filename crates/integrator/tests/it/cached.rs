@@ -1,7 +1,7 @@
 //! Paths that end in a cache: what ends them keeps what it says, the image does not depend on
 //! threads, and bounds hold.
 
-use lightshed_caching::Termination;
+use lightshed_caching::{CachedRadiance, Facets, Refinement, Termination};
 use lightshed_film::{
     Budget, Film, FrameMethod, MAX_BATCH, PixelEstimator, RenderOptions, SampleId, render, render_frames,
 };
@@ -134,26 +134,84 @@ fn threads_change_nothing() {
         },
     );
     (options.passes, options.every_frame, options.cache.slots) = (6, true, 64);
-    same_for_any_number_of_threads(&scene, options);
+    same_for_any_number_of_threads(&scene, options, None).unwrap();
     options.guide = Some(GuidedPathsOptions::new(GuideKind::Vmf));
-    same_for_any_number_of_threads(&scene, options);
+    same_for_any_number_of_threads(&scene, options, None).unwrap();
 }
 
-fn same_for_any_number_of_threads(scene: &Scene, options: CachedPathsOptions) {
-    let images = [1, 2, 5].map(|threads| {
+/// A fault of one thread.
+#[derive(Clone, Copy, Debug)]
+enum ThreadFault {
+    /// With seven threads other vertices are kept.
+    Kept,
+    /// With seven threads cells are split, or separated by direction, as others are not.
+    Cells,
+}
+
+/// So it is where cells are split while the table is full, and where records are by direction. A
+/// fault of one thread is noticed.
+#[test]
+fn threads_change_no_split_and_no_facet() {
+    let description = sized(builtin::cornell_glossy(), 24);
+    let scene = Scene::new(&description).unwrap();
+    let rule = Termination::Variance {
+        threshold: 0.3,
+        relative: true,
+    };
+    let mut refined = options(&scene, rule);
+    (refined.passes, refined.every_frame, refined.cache.slots) = (64, true, 128);
+    refined.cache.refinement = Some(Refinement {
+        least_bias: 0.0,
+        most_load: 1.0,
+        levels: 3,
+    });
+    let mut both = refined;
+    both.facets = Some(Facets::new(8).unwrap());
+    let mut faceted = both;
+    faceted.cache.refinement = None;
+    let faults = [ThreadFault::Kept, ThreadFault::Cells];
+    check_faults(&faults, |fault| {
+        let split = same_for_any_number_of_threads(&scene, refined, fault)?;
+        assert!(split > 0);
+        assert_eq!(same_for_any_number_of_threads(&scene, faceted, fault)?, 0);
+        same_for_any_number_of_threads(&scene, both, fault).map(drop)
+    })
+    .expect("all faults are noticed");
+}
+
+/// Returns how many cells are split.
+fn same_for_any_number_of_threads(
+    scene: &Scene,
+    options: CachedPathsOptions,
+    fault: Option<ThreadFault>,
+) -> Result<usize, String> {
+    let images = [1, 2, 7].map(|threads| {
+        let mut options = options;
+        match fault.filter(|_| threads == 7) {
+            Some(ThreadFault::Kept) => options.cache.keep_one_in += 1,
+            Some(ThreadFault::Cells) => (options.cache.refinement, options.facets) = (None, None),
+            None => (),
+        }
         let mut method = cached(scene, options);
         let film = rendered(&mut method, 2, 3, threads);
-        (film.mean_image(), method.report(), method.figures())
+        let known = method.cache().view();
+        let known: (Vec<u64>, Vec<CachedRadiance>) = (known.words().collect(), known.records().to_vec());
+        (film.mean_image(), method.report(), method.figures(), known)
     });
-    let (image, report, figures) = &images[0];
+    let (image, report, figures, known) = &images[0];
     assert!(
         report.occupancy.refused > 0,
         "a table that is too small: {report:?}"
     );
-    for (other, other_report, other_figures) in &images[1..] {
-        assert_eq!((other.pixels(), other_report), (image.pixels(), report));
-        assert_eq!(other_figures, figures);
+    for (other, other_report, other_figures, other_known) in &images[1..] {
+        if other_known != known {
+            return Err("other records".to_owned());
+        }
+        if (other.pixels(), other_report, other_figures) != (image.pixels(), report, figures) {
+            return Err(format!("{other_report:?} and {report:?}"));
+        }
     }
+    Ok(report.split)
 }
 
 /// What path tracing has after so many samples a pixel.
