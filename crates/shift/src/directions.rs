@@ -116,7 +116,7 @@ pub fn held_directions<W: World>(
 fn to_vertex<W: World>(
     path: &PathSample,
     of: &PathDomain<'_, W>,
-    offset: &Reached<'_, W::Vertex>,
+    offset: &Reached<&W::Vertex>,
     mut visit: impl FnMut(HeldDirection<'_, W::Vertex>),
 ) {
     let (shape, world, vertex) = (path.shape(), of.world, offset.vertex);

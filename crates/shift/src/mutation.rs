@@ -46,9 +46,8 @@ struct Move<'d, W: World> {
     item: usize,
     sample: PathSample,
     domain: &'d PathDomain<'d, W>,
-    /// The vertex before the reconnection vertex, the direction from it to the vertex before, and
-    /// the path's throughput.
-    before: (W::Vertex, Vec3, Vec3),
+    /// The vertex before the reconnection vertex.
+    before: Reached<W::Vertex>,
     /// Density of the old vertex, in area measure, of a density of 1 in solid angle.
     old_area: f32,
     vertex: Option<W::Vertex>,
@@ -145,11 +144,7 @@ impl<'d, W: World> PathMutator<'d, W> {
             return;
         };
         let offset = &mut Offset::at(first, wo);
-        let arrived = match &mut numbers {
-            Some(numbers) => approach(domain, offset, last, numbers),
-            None => Ok(()),
-        };
-        if arrived.is_err() {
+        if approach(domain, offset, last, &mut numbers).is_err() {
             return;
         }
         let Reached {
@@ -164,7 +159,11 @@ impl<'d, W: World> PathMutator<'d, W> {
             sample,
             domain,
             old_area: sight.to_area(Density::new(1.0)).value(),
-            before: (vertex.clone(), wo, throughput),
+            before: Reached {
+                vertex: vertex.clone(),
+                wo,
+                throughput,
+            },
             vertex: None,
         });
     }
@@ -180,7 +179,7 @@ impl<'d, W: World> PathMutator<'d, W> {
             }
             let Some(vertex) = &moved.vertex else { continue };
             let direction = moved.sample.incident();
-            let sight = Sight::of(world, world.position(&moved.before.0), vertex);
+            let sight = Sight::of(world, world.position(&moved.before.vertex), vertex);
             let total = world.evaluate(vertex, -sight.direction, direction);
             let lobe = world.evaluate_lobe(vertex, -sight.direction, direction, shape.lobe_at);
             if lobe.weight() == Vec3::ZERO {
@@ -256,16 +255,11 @@ fn behind<W: World>(moved: &Move<'_, W>, light: &SuffixLight) -> Option<Mutation
 fn finish<W: World>(moved: &Move<'_, W>, sample: PathSample) -> Option<Mutation<PathSample>> {
     let (world, vertex) = (moved.domain.world, moved.vertex.as_ref()?);
     let sample = sample.moved_to(world.place(vertex));
-    let before = Reached {
-        vertex: &moved.before.0,
-        wo: moved.before.1,
-        throughput: moved.before.2,
-    };
-    let image = to_vertex(&sample, moved.domain, &before, sample.shape()).ok()?;
+    let image = to_vertex(&sample, moved.domain, &moved.before.by_ref(), sample.shape()).ok()?;
     if !(image.contribution.max_element() > 0.0 && image.contribution.is_finite()) {
         return None;
     }
-    let sight = Sight::of(world, world.position(&moved.before.0), vertex);
+    let sight = Sight::of(world, world.position(&moved.before.vertex), vertex);
     let new_area = sight.to_area(Density::new(1.0)).value();
     let solid_angle = |density: f32, area: f32| f64::from(density) / f64::from(area);
     let sample = PathSample {

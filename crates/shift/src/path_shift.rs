@@ -132,11 +132,22 @@ pub(crate) struct Offset<'a, V> {
     before: Option<Before>,
 }
 
-/// The vertex `y_m` that an offset path has reached, and what it carries there.
-pub(crate) struct Reached<'v, V> {
-    pub vertex: &'v V,
+/// The vertex `y_m` that an offset path has reached, by reference or by value, and what the path
+/// carries there.
+pub(crate) struct Reached<V> {
+    pub vertex: V,
     pub wo: Vec3,
     pub throughput: Vec3,
+}
+
+impl<V> Reached<V> {
+    pub fn by_ref(&self) -> Reached<&V> {
+        Reached {
+            vertex: &self.vertex,
+            wo: self.wo,
+            throughput: self.throughput,
+        }
+    }
 }
 
 /// How an offset path left its previous vertex.
@@ -184,7 +195,7 @@ impl<'a, V> Offset<'a, V> {
     }
 
     #[inline(always)]
-    pub fn reached(&self) -> Reached<'_, V> {
+    pub fn reached(&self) -> Reached<&V> {
         Reached {
             vertex: self.vertex(),
             wo: self.wo,
@@ -256,9 +267,7 @@ pub(crate) fn evaluate<W: World>(
     let (mut seen, mut numbers) = (None, numbers_of(x, to, replays));
     let (first, wo) = start(to, &mut numbers, &mut seen)?;
     let offset = &mut Offset::at(first, wo);
-    if let Some(numbers) = &mut numbers {
-        approach(to, offset, last, numbers)?;
-    }
+    approach(to, offset, last, &mut numbers)?;
     if let (false, Some(numbers)) = (anchored, &mut numbers) {
         return match shape.technique {
             Technique::Emitter => replayed_emitter(to, offset, shape, numbers),
@@ -313,13 +322,15 @@ pub(crate) fn start<'a, W: World>(
     }
 }
 
-/// Follows the offset path to its vertex `y_last` by the random numbers of the base path.
+/// Follows the offset path to its vertex `y_last` by the random numbers of the base path. A path
+/// that takes none is there.
 pub(crate) fn approach<W: World>(
     to: &PathDomain<'_, W>,
     offset: &mut Offset<'_, W::Vertex>,
     last: u32,
-    numbers: &mut PathNumbers,
+    numbers: &mut Option<PathNumbers>,
 ) -> Result<(), Undefined> {
+    let Some(numbers) = numbers else { return Ok(()) };
     for m in 1..last {
         let ((ray, _), _) = replay(to, offset, m, numbers)?;
         let next = to.world.trace(&ray, RayKind::Replay);
@@ -407,7 +418,7 @@ fn replayed_emitter<W: World>(
 /// the segment that must be free.
 fn sampled_emitter<W: World>(
     to: &PathDomain<'_, W>,
-    reached: &Reached<'_, W::Vertex>,
+    reached: &Reached<&W::Vertex>,
     endpoint: &Endpoint,
 ) -> Result<(Vec3, f32, W::Ray), Undefined> {
     let (world, vertex) = (to.world, reached.vertex);
@@ -465,7 +476,7 @@ fn replayed_scattering<W: World>(
 pub(crate) fn to_vertex<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    reached: &Reached<'_, W::Vertex>,
+    reached: &Reached<&W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules, vertex) = (to.world, &to.connectability, reached.vertex);
@@ -511,7 +522,7 @@ pub(crate) fn to_vertex<W: World>(
 fn to_sampled_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    reached: &Reached<'_, W::Vertex>,
+    reached: &Reached<&W::Vertex>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let endpoint = x.endpoint();
     if !to.far_enough(reached.vertex, reached.wo, &endpoint) {
@@ -530,7 +541,7 @@ fn to_sampled_emitter<W: World>(
 fn to_met_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    reached: &Reached<'_, W::Vertex>,
+    reached: &Reached<&W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, vertex) = (to.world, reached.vertex);
