@@ -1,6 +1,7 @@
 //! Paths as samples for a field.
 
 use super::field::{FieldDirections, SceneField};
+use super::together::Together;
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use crate::path::observer::{ObservedPath, PathDirection, PathObserver, PathVertex};
 use lightshed_film::SampleId;
@@ -35,8 +36,6 @@ const KEEP_WORD: u32 = u32::MAX;
 const VISIT_WORD: u32 = u32::MAX - 1;
 /// … as one of so many does.
 const VISITING: u32 = 4;
-/// Samples that go to the field together.
-const TOGETHER: usize = 16;
 
 impl<'f> FieldRecorder<'f> {
     /// Keeps this share of the paths, chosen by the names of their samples.
@@ -110,24 +109,18 @@ impl FieldRecorder<'_> {
 
     /// Tells what a path found behind each of its vertices.
     fn visit(&self, path: &ObservedPath<'_>) {
-        let mut visits = [NO_VISIT; TOGETHER];
-        let mut count = 0;
+        let mut visits = Together::new(NO_VISIT, |visits: &[Visit]| self.field.visit(visits));
         for vertex in path.vertices {
             if vertex.onward.is_some_and(|onward| onward.is_delta) {
                 continue;
             }
-            visits[count] = Visit {
+            visits.push(Visit {
                 position: vertex.position,
                 found: luminance(found_behind(path, vertex)),
                 survival: vertex.onward.map_or(1.0, |onward| onward.survival),
-            };
-            count += 1;
-            if count == TOGETHER {
-                self.field.visit(&visits);
-                count = 0;
-            }
+            });
         }
-        self.field.visit(&visits[..count]);
+        visits.finish();
     }
 
     /// Tells what a path found at the ends of its flights.
@@ -189,8 +182,7 @@ impl PathObserver for FieldRecorder<'_> {
         if path.contributions.is_empty() {
             return;
         }
-        let mut samples = [NOTHING; TOGETHER];
-        let mut count = 0;
+        let mut samples = Together::new(NOTHING, |samples: &[GuidingSample]| self.field.record(samples));
         for (index, vertex) in path.vertices.iter().enumerate() {
             let Some(onward) = vertex.onward.filter(|onward| !onward.is_delta) else {
                 continue;
@@ -207,27 +199,21 @@ impl PathObserver for FieldRecorder<'_> {
             let next = path.vertices.get(index + 1);
             let next = next.map(|next| next.position).or_else(hit);
             let measure = self.measure(vertex, onward.direction);
-            samples[count] = GuidingSample {
+            samples.push(GuidingSample {
                 position: vertex.position,
                 direction: onward.direction,
                 distance: next.map_or(f32::INFINITY, |next| next.distance(vertex.position)),
                 weight: luminance(scattered),
                 pdf: onward.pdf * measure,
                 scattering_pdf: onward.scattering_pdf * measure,
-            };
-            count += 1;
-            if count == TOGETHER {
-                self.field.record(&samples);
-                count = 0;
-            }
+            });
         }
-        if count > 0 {
-            self.field.record(&samples[..count]);
-        }
+        samples.finish();
     }
 }
 
-const NOTHING: GuidingSample = GuidingSample {
+/// A sample that teaches nothing.
+pub(crate) const NOTHING: GuidingSample = GuidingSample {
     position: Vec3::ZERO,
     direction: Vec3::Z,
     distance: 0.0,

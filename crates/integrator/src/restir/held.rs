@@ -2,11 +2,10 @@
 
 use crate::SceneWorld;
 use crate::emitter_sampler::EmitterSampler;
-use crate::guided::SceneField;
+use crate::guided::{NOTHING, SceneField, Together};
 use lightshed_guiding::GuidingSample;
 use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::{CounterRng, Density, PrimarySample, luminance};
-use lightshed_scene::glam::Vec3;
 use lightshed_shift::{PathDomain, PathSample, WorldGeometry, WorldScattering, held_directions};
 
 /// A field that learns from paths after resampling.
@@ -30,9 +29,6 @@ pub(crate) struct Pupil<'f, 'a, S> {
 /// The word that decides whether a pixel tells; nothing else uses it.
 const KEEP_WORD: u32 = u32::MAX;
 
-/// Samples that go to the field together.
-const TOGETHER: usize = 16;
-
 impl<'a, S: EmitterSampler> Pupil<'_, 'a, S> {
     /// Hears of the path that a pixel holds.
     pub fn hear(
@@ -46,32 +42,18 @@ impl<'a, S: EmitterSampler> Pupil<'_, 'a, S> {
         {
             return;
         }
-        let (mut samples, mut count) = ([NOTHING; TOGETHER], 0);
+        let mut samples = Together::new(NOTHING, |samples: &[GuidingSample]| self.field.record(samples));
         held_directions(path, domain, |found| {
             let (world, vertex) = (self.unguided, found.vertex);
-            samples[count] = GuidingSample {
+            samples.push(GuidingSample {
                 position: world.position(vertex),
                 direction: found.wi,
                 distance: found.distance,
                 weight: luminance(found.scattered) * weight.value(),
                 pdf: Density::new(found.total_pdf.value() / weight.value()),
                 scattering_pdf: world.evaluate(vertex, found.wo, found.wi).pdf,
-            };
-            count += 1;
-            if count == TOGETHER {
-                self.field.record(&samples);
-                count = 0;
-            }
+            });
         });
-        self.field.record(&samples[..count]);
+        samples.finish();
     }
 }
-
-const NOTHING: GuidingSample = GuidingSample {
-    position: Vec3::ZERO,
-    direction: Vec3::Z,
-    distance: 0.0,
-    weight: 0.0,
-    pdf: Density::ZERO,
-    scattering_pdf: Density::ZERO,
-};
