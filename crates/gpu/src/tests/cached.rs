@@ -3,7 +3,7 @@
 use crate::programs::PATH;
 use crate::tests::support::{faulty, gpu, host_means, mean_luminance};
 use crate::{Gpu, GpuCachedPaths, GpuError, GpuMethod, GpuPathTracer, GpuScene, GpuStage};
-use lightshed_film::PixelEstimator;
+use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::caching::Termination;
 use lightshed_integrator::sampling::PointSet;
 use lightshed_integrator::{
@@ -173,6 +173,22 @@ fn paths_end_where_those_of_the_cpu_do() {
     }
 }
 
+/// The largest value of a frame of the host, and how far the device's is from it at most, relative
+/// to that.
+fn apart(
+    device: &mut GpuCachedPaths<'_>,
+    host: &mut CachedPaths<'_, EmittersByPower<'_>>,
+    frame: u32,
+) -> [f32; 2] {
+    let (image, _) = device.frame(frame, 17).expect("the device answers");
+    let mut truth = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
+    host.render_frame(frame, 17, &mut truth, &AtomicBool::new(false));
+    let scale = truth.iter().map(|value| value.max_element()).fold(0.0, f32::max);
+    let apart = |(value, truth): (&[f32; 3], &Rgb)| (Rgb::from(*value) - *truth).abs().max_element();
+    let worst = image.iter().zip(&truth).map(apart).fold(0.0, f32::max) / scale;
+    [scale, worst]
+}
+
 /// Frames of the method equal those of the host alone, to rounding; and use 20 bytes more a pixel.
 #[test]
 fn frames_are_those_of_the_cpu() {
@@ -191,14 +207,8 @@ fn frames_are_those_of_the_cpu() {
         };
         let mut device = GpuCachedPaths::new(gpu, &scene, &flat, options).expect("options are sound");
         let mut host = filled(&scene, options);
-        let mut truth = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
         for frame in 0..2 {
-            let (image, _) = device.frame(frame, 17).expect("the device answers");
-            let cancel = AtomicBool::new(false);
-            lightshed_film::FrameMethod::render_frame(&mut host, frame, 17, &mut truth, &cancel);
-            let scale = truth.iter().map(|value| value.max_element()).fold(0.0, f32::max);
-            let apart = |(value, truth): (&[f32; 3], &Rgb)| (Rgb::from(*value) - *truth).abs().max_element();
-            let worst = image.iter().zip(&truth).map(apart).fold(0.0, f32::max) / scale;
+            let [scale, worst] = apart(&mut device, &mut host, frame);
             println!("{samples} samples, frame {frame}: {worst}");
             assert!(scale > 0.0 && worst < 1e-6, "{worst}");
         }
@@ -238,19 +248,8 @@ fn a_cache_that_learns_is_followed() {
         let mut device = GpuCachedPaths::new(gpu, &scene, &flat, of_device).expect("options are sound");
         let mut host =
             CachedPaths::new(&scene, scene.emitters_by_power(), options).expect("options are sound");
-        let mut truth = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
         for frame in 0..4 {
-            let (image, _) = device.frame(frame, 17).expect("the device answers");
-            lightshed_film::FrameMethod::render_frame(
-                &mut host,
-                frame,
-                17,
-                &mut truth,
-                &AtomicBool::new(false),
-            );
-            let scale = truth.iter().map(|value| value.max_element()).fold(0.0, f32::max);
-            let apart = |(value, truth): (&[f32; 3], &Rgb)| (Rgb::from(*value) - *truth).abs().max_element();
-            let worst = image.iter().zip(&truth).map(apart).fold(0.0, f32::max) / scale;
+            let [scale, worst] = apart(&mut device, &mut host, frame);
             println!("{fault:?}, frame {frame}: {worst}");
             if !(scale > 0.0 && worst < 1e-6) {
                 return Err(format!("frame {frame}: {worst}"));
