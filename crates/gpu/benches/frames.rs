@@ -16,7 +16,8 @@ use lightshed_gpu::{
     GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{
-    LightcutOptions, MixtureOptions, RestirDiSettings, RestirVolumeOptions, VplGridOptions,
+    LightcutOptions, MixtureOptions, PathMapping, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
+    VplGridOptions, WorldReuse,
 };
 use lightshed_scene::{Scene, builtin};
 use std::collections::BTreeMap;
@@ -72,9 +73,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let settings = RestirDiSettings::UNBIASED;
         let by_tree = GpuRestirDi::with_tree(&gpu, &on_device, settings)?;
         row(name, "restir-di, tree", by_tree)?;
+        let cells = Some(WorldReuse::default());
+        let mut settings = RestirDiSettings::UNBIASED;
+        settings.world = cells;
+        let mut alone = settings;
+        (alone.temporal_reuse, alone.spatial_rounds) = (false, 0);
+        for (variant, settings) in [("restir-di, world", alone), ("restir-di, both", settings)] {
+            row(
+                name,
+                variant,
+                GpuRestirDi::with_settings(&gpu, &on_device, settings)?,
+            )?;
+        }
         let chains = GpuMixture::new(&gpu, &shallow, MixtureOptions::default())?;
         row(name, "mcmm", chains)?;
         row(name, "restir-pt", GpuRestirPt::new(&gpu, &on_device)?)?;
+        let mut options = RestirPtOptions::real_time(PathMapping::Hybrid);
+        options.world = cells;
+        let mut alone = options;
+        (alone.temporal_cap, alone.rounds) = (None, 0);
+        for (variant, options) in [("restir-pt, world", alone), ("restir-pt, both", options)] {
+            row(
+                name,
+                variant,
+                GpuRestirPt::with_options(&gpu, &on_device, options)?,
+            )?;
+        }
         let lights = VplGridOptions::new(0.01 * whole.extent());
         row(
             name,

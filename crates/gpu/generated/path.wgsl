@@ -300,6 +300,13 @@ fn package_cached__1end_at(before: package_lightshed__1path_budget_PathBudget, r
 
 const package_cached__2FIRST_END_BLOCK: u32 = 536870912u;
 
+@group(1) @binding(23)
+var<storage, read> package_cells__1cell_words: array<vec2u>;
+
+fn package_cells__2load_cell_word(slot: u32) -> vec2u {
+    return package_cells__1cell_words[slot];
+}
+
 struct package_guided_Scattering {
     sample: package_lightshed_bsdf_BsdfSample,
     direction: vec3f
@@ -484,16 +491,7 @@ fn package_lightshed__1hash_grid__1cell_level(grid: package_lightshed__1hash_gri
 }
 
 fn package_lightshed__1hash_grid__1cell_slot(grid: package_lightshed__1hash_grid_LevelGrid, bits: vec2u) -> u32 {
-    let word = package_lightshed__1hash_grid__1cell_word(bits);
-    for (var next = 0u; next < package_lightshed__1hash_grid_LINES; next++) {
-        let first = package_lightshed__1hash_grid_LINE * ((word.x + next) & grid.last_line);
-        for (var slot = first; slot < first + package_lightshed__1hash_grid_LINE; slot++) {
-            if all(package_memory__1radiance_cache__2load_cell_word(slot) == word) {
-                return slot;
-            }
-        }
-    }
-    return package_lightshed_ray_NOTHING;
+    return package_lightshed__1hash_grid__1word_slot(grid, package_lightshed__1hash_grid__1cell_word(bits));
 }
 
 fn package_lightshed__1hash_grid__1cell_word(bits: vec2u) -> vec2u {
@@ -562,6 +560,18 @@ fn package_lightshed__1hash_grid__1site_slot(grid: package_lightshed__1hash_grid
         return package_lightshed_ray_NOTHING;
     }
     return package_lightshed__1hash_grid__1cell_slot(grid, key.bits);
+}
+
+fn package_lightshed__1hash_grid__1word_slot(grid: package_lightshed__1hash_grid_LevelGrid, word: vec2u) -> u32 {
+    for (var next = 0u; next < package_lightshed__1hash_grid_LINES; next++) {
+        let first = package_lightshed__1hash_grid_LINE * ((word.x + next) & grid.last_line);
+        for (var slot = first; slot < first + package_lightshed__1hash_grid_LINE; slot++) {
+            if all(package_cells__2load_cell_word(slot) == word) {
+                return slot;
+            }
+        }
+    }
+    return package_lightshed_ray_NOTHING;
 }
 
 fn package_lightshed__1hash_grid_halved(a: vec2u, down: u32) -> vec2u {
@@ -2909,16 +2919,9 @@ var<storage, read> package_memory__1radiance_cache__1cache_records: array<packag
 @group(1) @binding(22)
 var<storage, read> package_memory__1radiance_cache__1cache_settings: package_memory__1radiance_cache_CacheSettings;
 
-@group(1) @binding(23)
-var<storage, read> package_memory__1radiance_cache__1cell_words: array<vec2u>;
-
 fn package_memory__1radiance_cache__2load_cached_radiance(slot: u32) -> package_lightshed__1radiance_cache_CachedRadiance {
     let row = package_memory__1radiance_cache__1cache_records[slot];
     return package_lightshed__1radiance_cache_CachedRadiance(row.a.xyz, vec3f(row.a.w, row.b.xy), vec3f(row.b.zw, row.c.x), row.c.yzw, row.d.xyz, row.d.w);
-}
-
-fn package_memory__1radiance_cache__2load_cell_word(slot: u32) -> vec2u {
-    return package_memory__1radiance_cache__1cell_words[slot];
 }
 
 override package_memory_guide__1HAS_GUIDE: bool = true;

@@ -5,6 +5,7 @@ use crate::GpuGuidedPaths;
 use crate::cached::check_cache;
 use crate::guided::check_guide;
 use crate::mixture::check_sets;
+use crate::world::check_world;
 use lightshed_integrator::{
     CachedPathsOptions, GuidedPathsOptions, LightChoosing, LightcutOptions, METHODS, Method, MixtureOptions,
     RestirDiSettings, RestirPtOptions, RestirVolumeOptions, VplGridOptions,
@@ -57,17 +58,30 @@ const ON_DEVICE: [(&str, Ask); 9] = [
         Ok(Asked::Mixture(options))
     }),
     ("restir-di", |method, _| {
+        let mut settings = RestirDiSettings::UNBIASED;
+        if let Some((world, both)) = method.values().world_reuse() {
+            check_world(&world)?;
+            settings.world = Some(world);
+            if !both {
+                (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
+            }
+        }
         Ok(Asked::RestirDi {
-            settings: RestirDiSettings::UNBIASED,
+            settings,
             by_tree: method.values().light_choosing().is_some(),
         })
     }),
     ("restir-pt", |method, _| {
-        let options = RestirPtOptions::real_time(method.values().path_mapping());
-        Ok(Asked::RestirPt(RestirPtOptions {
-            temporal_cap: method.values().temporal_cap(options.temporal_cap),
-            ..options
-        }))
+        let mut options = RestirPtOptions::real_time(method.values().path_mapping());
+        options.temporal_cap = method.values().temporal_cap(options.temporal_cap);
+        if let Some((world, both)) = method.values().world_reuse() {
+            check_world(&world)?;
+            options.world = Some(world);
+            if !both {
+                (options.temporal_cap, options.rounds) = (None, 0);
+            }
+        }
+        Ok(Asked::RestirPt(options))
     }),
     ("vpl-grid", |method, scene| {
         Ok(Asked::VplGrid(method.values().vpl_grid_options(scene)))

@@ -2,7 +2,7 @@
 //!
 //! Programs over a scene have the scene in group 0, its medium, light tree, lighting grid, guide,
 //! light cache or radiance cache (each with its own numbers) in group 1, and the buffers
-//! of a method in group 2.
+//! of a method in group 2; its cells of space in group 3.
 //! Programs without a scene have everything in group 0. A test compares these tables with the
 //! linked shaders, names included.
 
@@ -206,6 +206,37 @@ bindings!(
     made: Write,
     image: Write,
     frame: Read,
+);
+
+bindings!(
+    /// Of such methods beside those, with reservoirs in cells of space.
+    WorldBindings, 3, 0,
+    world: Read,
+    world_visitors: Write,
+    world_words: Read,
+    world_sited: Write,
+    sites: Write,
+    cells: Write,
+    confidences: Write,
+    terms: Write,
+    world_visits: Read,
+    world_visit_count: Read,
+    world_indices: Read,
+);
+
+bindings!(
+    /// Of a table of cells that visitors claim.
+    CellTableBindings, 0, 0,
+    table: Read,
+    visitors: Read,
+    table_words: Write,
+    claims: Write,
+    used: Write,
+    sited: Write,
+    codes: Write,
+    indices: Write,
+    visits: Write,
+    visit_count: Write,
 );
 
 bindings!(

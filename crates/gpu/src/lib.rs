@@ -9,6 +9,7 @@ mod buffer;
 mod bvh;
 mod bvh_subset;
 mod cached;
+mod cell_table;
 mod compile;
 mod device;
 mod direct;
@@ -43,6 +44,7 @@ mod tests;
 mod volpath;
 mod vpl_grid;
 mod work;
+mod world;
 
 pub use buffer::{Access, Buffer};
 pub use bvh::{BvhBuilder, GpuBvh};

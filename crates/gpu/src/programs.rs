@@ -5,6 +5,8 @@
 pub(crate) const BVH_BUILD: &str = include_str!("../generated/bvh_build.wgsl");
 /// Building trees over boxes by a stochastic subset.
 pub(crate) const BVH_SUBSET: &str = include_str!("../generated/bvh_subset.wgsl");
+/// Cells of a hash table that visitors claim.
+pub(crate) const CELL_TABLE: &str = include_str!("../generated/cell_table.wgsl");
 /// Direct light with emitters chosen by a light tree.
 pub(crate) const DIRECT: &str = include_str!("../generated/direct.wgsl");
 /// Building light trees.
@@ -25,8 +27,12 @@ pub(crate) const QUADTREE_LEARN: &str = include_str!("../generated/quadtree_lear
 pub(crate) const RADIX_SORT: &str = include_str!("../generated/radix_sort.wgsl");
 /// Direct light by reuse among pixels and frames.
 pub(crate) const RESTIR_DI: &str = include_str!("../generated/restir_di.wgsl");
+/// Its cells of space.
+pub(crate) const RESTIR_DI_WORLD: &str = include_str!("../generated/restir_di_world.wgsl");
 /// Paths by reuse among pixels and frames.
 pub(crate) const RESTIR_PT: &str = include_str!("../generated/restir_pt.wgsl");
+/// Their cells of space.
+pub(crate) const RESTIR_PT_WORLD: &str = include_str!("../generated/restir_pt_world.wgsl");
 /// Single scattering in a medium by reuse among pixels and frames.
 pub(crate) const RESTIR_VOLUME: &str = include_str!("../generated/restir_volume.wgsl");
 /// The filter of shadows, and the image that follows.

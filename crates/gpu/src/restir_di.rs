@@ -1,17 +1,18 @@
 //! ReSTIR DI on the device.
 
-use crate::bindings::{LightTreeBindings, ReuseBindings, SceneBindings, Table};
+use crate::bindings::{LightTreeBindings, ReuseBindings, SceneBindings, Table, WorldBindings};
 use crate::emitter_tree::{EmitterTree, TreeShape};
-use crate::programs::RESTIR_DI;
+use crate::programs::{RESTIR_DI, RESTIR_DI_WORLD};
 use crate::restir_frames::{MOST_NEIGHBOURS, RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
+use crate::world::{WorldProgram, check_world};
 use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::RestirDiSettings;
 
 /// Direct light by reservoirs that pixels and frames share: the estimator of
-/// `lightshed_integrator::RestirDi`, unbiased, with one round of spatial reuse and a camera at
-/// rest.
+/// `lightshed_integrator::RestirDi`, unbiased, with one round of spatial reuse, reservoirs in cells
+/// of space, or both, and a camera at rest.
 ///
 /// It has its own random numbers, and merges are in `f32`: images agree with the host's in
 /// expectation.
@@ -26,6 +27,14 @@ pub(crate) const TABLES: [Table; 3] = [
     SceneBindings::TABLE,
     LightTreeBindings::TABLE,
     ReuseBindings::TABLE,
+];
+
+/// What the program of its cells binds.
+pub(crate) const WORLD_TABLES: [Table; 4] = [
+    SceneBindings::TABLE,
+    LightTreeBindings::TABLE,
+    ReuseBindings::TABLE,
+    WorldBindings::TABLE,
 ];
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -48,7 +57,7 @@ const LIGHT_BYTES: u64 = 48;
 
 impl<'a> GpuRestirDi<'a> {
     /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one
-    /// before, and the image.
+    /// before, and the image. Cells of space take more.
     pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(LIGHT_BYTES);
 
     /// With [`RestirDiSettings::UNBIASED`].
@@ -60,7 +69,8 @@ impl<'a> GpuRestirDi<'a> {
         Self::with_settings(gpu, scene, RestirDiSettings::UNBIASED)
     }
 
-    /// With other settings: unbiased, with one round of at most 8 neighbours.
+    /// With other settings: unbiased, with one round of at most 8 neighbours; or with at most 8
+    /// reservoirs of cells of space in place of both reuse among neighbours and in time, or before.
     ///
     /// # Errors
     ///
@@ -70,7 +80,7 @@ impl<'a> GpuRestirDi<'a> {
         scene: &'a GpuScene,
         settings: RestirDiSettings,
     ) -> Result<Self, GpuError> {
-        Self::of_program(gpu, scene, settings, false, RESTIR_DI)
+        Self::of_programs(gpu, scene, settings, false, [RESTIR_DI, RESTIR_DI_WORLD])
     }
 
     /// With candidates that a light tree selects for the point, as those of
@@ -85,15 +95,16 @@ impl<'a> GpuRestirDi<'a> {
         scene: &'a GpuScene,
         settings: RestirDiSettings,
     ) -> Result<Self, GpuError> {
-        Self::of_program(gpu, scene, settings, true, RESTIR_DI)
+        Self::of_programs(gpu, scene, settings, true, [RESTIR_DI, RESTIR_DI_WORLD])
     }
 
-    fn of_program(
+    /// With these texts of the program and of that of its cells.
+    pub(crate) fn of_programs(
         gpu: &'a Gpu,
         scene: &'a GpuScene,
         settings: RestirDiSettings,
         by_tree: bool,
-        program: &str,
+        [program, world]: [&str; 2],
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
         scene.refuse_deltas("restir-di")?;
@@ -104,19 +115,34 @@ impl<'a> GpuRestirDi<'a> {
         } else {
             EmitterTree::unused(gpu)?
         };
+        let constants = &[("BY_TREE", by_tree && emitters.shines)];
         let program = ReuseProgram {
             name: "restir-di",
             wgsl: program,
-            constants: &[("BY_TREE", by_tree && emitters.shines)],
+            constants,
             reservoir_bytes: LIGHT_BYTES,
             tables: &TABLES,
             besides: Some(&emitters.bindings()),
+            world: settings.world.map(|reuse| WorldProgram {
+                reuse,
+                wgsl: world,
+                tables: &WORLD_TABLES,
+                constants,
+                pixel_cap: settings.confidence_cap,
+                shades: settings.spatial_rounds == 0,
+            }),
         };
         Ok(Self {
             frames: RestirFrames::new(gpu, scene, &program)?,
             settings,
             tree: emitters.shape(),
         })
+    }
+
+    /// The table of cells of space, and what pixels see in frame `number`.
+    #[cfg(test)]
+    pub(crate) fn cells(&self, number: u32) -> Option<(&crate::cell_table::GpuCellTable, &crate::Buffer)> {
+        self.frames.cells(number)
     }
 
     /// Bytes on the device, the scene's and the tree's apart.
@@ -131,11 +157,15 @@ fn check(settings: &RestirDiSettings) -> Result<(), GpuError> {
     if let Err(error) = settings.check() {
         return Err(GpuError::Settings(error.to_string().into()));
     }
-    if settings.biased || settings.spatial_rounds != 1 {
-        return refused("only one unbiased round of spatial reuse is known");
+    let least_rounds = u32::from(settings.world.is_none());
+    if settings.biased || !(least_rounds..=1).contains(&settings.spatial_rounds) {
+        return refused("only one unbiased round of spatial reuse is known, or none with cells of space");
     }
-    if settings.pairs.is_some() || settings.mutations > 0 || settings.world.is_some() {
-        return refused("neither pairs nor steps of Markov chains nor cells of space are known");
+    if settings.pairs.is_some() || settings.mutations > 0 {
+        return refused("neither pairs nor steps of Markov chains are known");
+    }
+    if let Some(world) = &settings.world {
+        check_world(world)?;
     }
     if settings.stratified {
         return refused("candidates are independent");
@@ -158,7 +188,7 @@ impl GpuMethod for GpuRestirDi<'_> {
             seed,
             depths: [2, u32::MAX],
             temporal: settings.temporal_reuse,
-            rounds: 1,
+            rounds: settings.spatial_rounds,
         };
         self.frames.frame(asked, |_| Frame {
             number: frame,
@@ -191,8 +221,8 @@ mod tests {
 
     fn method<'a>(gpu: &'a Gpu, scene: &'a GpuScene, by_tree: bool, program: &str) -> GpuRestirDi<'a> {
         let settings = RestirDiSettings::UNBIASED;
-        let method =
-            GpuRestirDi::of_program(gpu, scene, settings, by_tree, program).expect("the program is sound");
+        let method = GpuRestirDi::of_programs(gpu, scene, settings, by_tree, [program, RESTIR_DI_WORLD])
+            .expect("the program is sound");
         assert_eq!(
             method.bytes(),
             GpuRestirDi::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
@@ -226,7 +256,11 @@ mod tests {
             |settings| settings.stratified = true,
             |settings| settings.pairs = Some(16),
             |settings| settings.mutations = 1,
-            |settings| settings.world = Some(WorldReuse::default()),
+            |settings| {
+                let mut reuse = WorldReuse::default();
+                reuse.contributors = 17;
+                settings.world = Some(reuse);
+            },
             |settings| settings.biased = true,
             |settings| settings.neighbours = MOST_NEIGHBOURS + 1,
         ];

@@ -1,22 +1,28 @@
 //! Frames of the methods with reuse among pixels and frames.
 
 use crate::bindings::{Bindings, BoundGroup, ReuseBindings, Table};
+#[cfg(test)]
+use crate::cell_table::GpuCellTable;
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::scene::Settings;
+use crate::world::{GpuWorld, MOST_READS, WorldProgram};
 use crate::{Buffer, Gpu, GpuError, GpuScene, Kernel, PassTime};
 use bytemuck::Pod;
 use lightshed_film::RayCounts;
 
 /// Most neighbours, as the shader module `inputs` has it.
 pub(crate) const MOST_NEIGHBOURS: u32 = 8;
+// What a pixel reads of cells is held as neighbours are.
+const _: () = assert!(MOST_READS <= MOST_NEIGHBOURS);
 /// Bytes of what a pixel sees.
 const PRIMARY_BYTES: u64 = 32;
 /// Bytes of a pixel of the image.
 const IMAGE_BYTES: u64 = 16;
 
 /// Frames of spatiotemporal reuse: what pixels see, their own candidates, a merge with the previous
-/// frame, and rounds of merges with neighbours, the last of which shades.
+/// frame, and rounds of merges with neighbours, the last of which shades. Cells of space, if there
+/// are any, take what pixels have before the first merge, and are read before the first round.
 ///
 /// Reservoirs are in two buffers. Candidates are made in one and merged there with the last frame's
 /// in the other. Then each round reads one and writes the other. What pixels see is in two buffers
@@ -28,6 +34,7 @@ pub(crate) struct RestirFrames<'a> {
     /// The scene, and what lies in it besides.
     scene_groups: Vec<BoundGroup>,
     memory: Memory,
+    world: Option<GpuWorld>,
     /// Which of the two buffers of reservoirs holds those of the last frame.
     latest: usize,
     times: Vec<PassTime>,
@@ -47,6 +54,8 @@ pub(crate) struct ReuseProgram<'p> {
     pub tables: &'p [Table],
     /// The scene's medium or light tree.
     pub besides: Option<&'p dyn Bindings>,
+    /// Cells of space.
+    pub world: Option<WorldProgram<'p>>,
 }
 
 /// What a frame is asked for.
@@ -58,7 +67,7 @@ pub(crate) struct ReuseFrame {
     pub depths: [u32; 2],
     /// Whether the previous frame is reused, if there is one.
     pub temporal: bool,
-    /// Rounds of spatial reuse, at least 1: the last one shades.
+    /// Rounds of spatial reuse, at least 1 without cells: the last one shades.
     pub rounds: u32,
 }
 
@@ -96,6 +105,7 @@ impl<'a> RestirFrames<'a> {
             reservoir_bytes,
             tables,
             besides,
+            world,
             ..
         } = program;
         let constants = scene.constants(wgsl, program.constants);
@@ -105,7 +115,13 @@ impl<'a> RestirFrames<'a> {
         let pixels = u64::from(width) * u64::from(height);
         let primaries = |name| gpu.zeros(name, PRIMARY_BYTES * pixels);
         let reservoirs = |name| gpu.zeros(name, reservoir_bytes * pixels);
+        let cells = |program: WorldProgram<'_>| {
+            let constants = scene.constants(program.wgsl, program.constants);
+            let bytes = (PRIMARY_BYTES, reservoir_bytes);
+            GpuWorld::new(gpu, scene, (name, &constants), bytes, &program)
+        };
         Ok(Self {
+            world: world.map(cells).transpose()?,
             gpu,
             scene,
             kernels: Kernels {
@@ -144,7 +160,16 @@ impl<'a> RestirFrames<'a> {
             image,
         } = &self.memory;
         let buffers = primaries.iter().chain(reservoirs).chain([image]);
-        buffers.map(Buffer::bytes).sum()
+        buffers.map(Buffer::bytes).sum::<u64>() + self.world.as_ref().map_or(0, GpuWorld::bytes)
+    }
+
+    /// The cells of space, and what pixels see in frame `number`.
+    #[cfg(test)]
+    pub fn cells(&self, number: u32) -> Option<(&GpuCellTable, &Buffer)> {
+        Some((
+            self.world.as_ref()?.table(),
+            &self.memory.primaries[number as usize % 2],
+        ))
     }
 
     /// How long each dispatch of the last frame ran.
@@ -169,29 +194,41 @@ impl<'a> RestirFrames<'a> {
         let groups = groups_of(width * height);
         let mut work = self.gpu.timed_work();
         let mut made = 1 - self.latest;
-        for round in 0..asked.rounds {
-            let about = self.gpu.buffer("frame", &[about(round)])?;
-            let mut dispatch = |kernel: &Kernel, made: usize| {
-                let method = self.gpu.bind(&[&self.bindings(asked.number, made, &about)]);
-                let bound: Vec<&BoundGroup> = self.scene_groups.iter().chain([&method]).collect();
-                work.dispatch_bound(kernel, &bound, groups);
-            };
-            if round == 0 {
-                dispatch(&self.kernels.primary, made);
-                dispatch(&self.kernels.candidates, made);
-                if asked.temporal && asked.number > 0 {
-                    dispatch(&self.kernels.temporal, made);
-                }
-            }
+        let first = self.gpu.buffer("frame", &[about(0)])?;
+        let cells = self
+            .world
+            .as_ref()
+            .map(|world| (world, world.begin(self.gpu, asked.number)));
+        let bound = self.bound(asked.number, made, &first);
+        let all: Vec<&BoundGroup> = self.scene_groups.iter().chain([&bound]).collect();
+        work.dispatch_bound(&self.kernels.primary, &all, groups);
+        work.dispatch_bound(&self.kernels.candidates, &all, groups);
+        if let Some((world, cells)) = &cells {
+            let all: Vec<&BoundGroup> = all.iter().copied().chain([cells]).collect();
+            world.update(self.gpu, &mut work, &all, asked.number);
+        }
+        if asked.temporal && asked.number > 0 {
+            work.dispatch_bound(&self.kernels.temporal, &all, groups);
+        }
+        if let Some((world, cells)) = &cells {
             made = 1 - made;
-            dispatch(&self.kernels.spatial, made);
+            let bound = self.bound(asked.number, made, &first);
+            let all: Vec<&BoundGroup> = self.scene_groups.iter().chain([&bound, cells]).collect();
+            world.link(&mut work, &all);
+        }
+        for round in 0..asked.rounds {
+            made = 1 - made;
+            let about = self.gpu.buffer("frame", &[about(round)])?;
+            let bound = self.bound(asked.number, made, &about);
+            let all: Vec<&BoundGroup> = self.scene_groups.iter().chain([&bound]).collect();
+            work.dispatch_bound(&self.kernels.spatial, &all, groups);
         }
         self.times = work.finish()?;
         self.latest = made;
         finished_frame(self.gpu, &self.memory.image, self.size())
     }
 
-    fn bindings<'b>(&'b self, number: u32, made: usize, frame: &'b Buffer) -> ReuseBindings<'b> {
+    fn bound(&self, number: u32, made: usize, frame: &Buffer) -> BoundGroup {
         let Memory {
             settings,
             primaries,
@@ -199,7 +236,7 @@ impl<'a> RestirFrames<'a> {
             image,
         } = &self.memory;
         let parity = number as usize % 2;
-        ReuseBindings {
+        self.gpu.bind(&[&ReuseBindings {
             settings,
             primaries: &primaries[parity],
             before: &primaries[1 - parity],
@@ -207,6 +244,6 @@ impl<'a> RestirFrames<'a> {
             made: &reservoirs[made],
             image,
             frame,
-        }
+        }])
     }
 }

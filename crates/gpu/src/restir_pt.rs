@@ -1,8 +1,9 @@
 //! ReSTIR PT on the device.
 
-use crate::bindings::{ReuseBindings, SceneBindings, Table};
-use crate::programs::RESTIR_PT;
+use crate::bindings::{ReuseBindings, SceneBindings, Table, WorldBindings};
+use crate::programs::{RESTIR_PT, RESTIR_PT_WORLD};
 use crate::restir_frames::{MOST_NEIGHBOURS, RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
+use crate::world::{WorldProgram, check_world};
 use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
@@ -28,6 +29,10 @@ pub struct GpuRestirPt<'a> {
 
 /// What the program binds.
 pub(crate) const TABLES: [Table; 2] = [SceneBindings::TABLE, ReuseBindings::TABLE];
+
+/// What the program of its cells binds.
+pub(crate) const WORLD_TABLES: [Table; 3] =
+    [SceneBindings::TABLE, ReuseBindings::TABLE, WorldBindings::TABLE];
 
 /// A [`Connectability`] as shaders read it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -72,7 +77,7 @@ const LONGEST_PATH: u32 = 126;
 
 impl<'a> GpuRestirPt<'a> {
     /// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the
-    /// one before, and the image.
+    /// one before, and the image. Cells of space take more.
     pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(RESERVOIR_BYTES);
 
     /// With [`RestirPtOptions::real_time`] by the hybrid shift.
@@ -85,8 +90,8 @@ impl<'a> GpuRestirPt<'a> {
     }
 
     /// With other options: paths that start at a surface point, direct light among them, and at
-    /// most 8 neighbours in a disk. Numbers are independent, and paths find visible emission,
-    /// whatever the options say.
+    /// most 8 neighbours in a disk or reservoirs of cells of space. Numbers are independent, and
+    /// paths find visible emission, whatever the options say.
     ///
     /// # Errors
     ///
@@ -96,14 +101,15 @@ impl<'a> GpuRestirPt<'a> {
         scene: &'a GpuScene,
         options: RestirPtOptions,
     ) -> Result<Self, GpuError> {
-        Self::of_program(gpu, scene, options, RESTIR_PT)
+        Self::of_programs(gpu, scene, options, [RESTIR_PT, RESTIR_PT_WORLD])
     }
 
-    fn of_program(
+    /// With these texts of the program and of that of its cells.
+    pub(crate) fn of_programs(
         gpu: &'a Gpu,
         scene: &'a GpuScene,
         options: RestirPtOptions,
-        program: &str,
+        [program, world]: [&str; 2],
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
         scene.refuse_deltas("restir-pt")?;
@@ -128,6 +134,14 @@ impl<'a> GpuRestirPt<'a> {
             reservoir_bytes: RESERVOIR_BYTES,
             tables: &TABLES,
             besides: None,
+            world: options.world.map(|reuse| WorldProgram {
+                reuse,
+                wgsl: world,
+                tables: &WORLD_TABLES,
+                constants: &[],
+                pixel_cap: options.temporal_cap.unwrap_or(f32::MAX),
+                shades: options.rounds == 0,
+            }),
         };
         let asked = scene.settings();
         Ok(Self {
@@ -158,8 +172,8 @@ fn check(options: &RestirPtOptions) -> Result<(), GpuError> {
     if options.pairs.is_some() || options.direct_samples > 0 {
         return refused("the device knows neither pairs nor samples of direct light beside paths");
     }
-    if options.world.is_some() {
-        return refused("the device knows no cells of space");
+    if let Some(world) = &options.world {
+        check_world(world)?;
     }
     if options.footprint.is_some() || options.mutations > 0 {
         return refused("the device knows neither footprints nor steps of Markov chains");
@@ -181,7 +195,8 @@ impl GpuMethod for GpuRestirPt<'_> {
             depths,
             ..
         } = *self;
-        let rounds = options.rounds.max(1);
+        // Without cells the last round shades, which then has no neighbours.
+        let rounds = options.rounds.max(u32::from(options.world.is_none()));
         let asked = ReuseFrame {
             number: frame,
             seed,
@@ -227,7 +242,11 @@ mod tests {
             |options| options.pairs = Some(16),
             |options| options.direct_samples = 1,
             |options| options.path_starts_at_sensor = true,
-            |options| options.world = Some(WorldReuse::default()),
+            |options| {
+                let mut reuse = WorldReuse::default();
+                reuse.reservoirs = 9;
+                options.world = Some(reuse);
+            },
         ];
         for (number, change) in changes.iter().enumerate() {
             let mut options = usual;
@@ -249,7 +268,8 @@ mod tests {
         options: RestirPtOptions,
         program: &str,
     ) -> GpuRestirPt<'a> {
-        let method = GpuRestirPt::of_program(gpu, scene, options, program).expect("the program is sound");
+        let method = GpuRestirPt::of_programs(gpu, scene, options, [program, RESTIR_PT_WORLD])
+            .expect("the program is sound");
         assert_eq!(
             method.bytes(),
             GpuRestirPt::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
@@ -304,8 +324,8 @@ mod tests {
                 rounds: 0,
                 ..RestirPtOptions::real_time(PathMapping::Hybrid)
             };
-            let mut method =
-                GpuRestirPt::of_program(gpu, &on_device, options, program).expect("the program is sound");
+            let mut method = GpuRestirPt::of_programs(gpu, &on_device, options, [program, RESTIR_PT_WORLD])
+                .expect("the program is sound");
             let frames = 0..FRAMES;
             frames
                 .map(|frame| method.frame(frame, 11).expect("the device answers").0)

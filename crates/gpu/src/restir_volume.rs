@@ -82,6 +82,7 @@ impl<'a> GpuRestirVolume<'a> {
             reservoir_bytes: PATH_BYTES,
             tables: &TABLES,
             besides: Some(&medium.bindings()),
+            world: None,
         };
         Ok(Self {
             frames: RestirFrames::new(gpu, scene, &program)?,

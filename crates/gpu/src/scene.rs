@@ -7,7 +7,8 @@ use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_bvh::obvhs::cwbvh::node::CwBvhNode;
 use lightshed_bvh::{Bvh, Preset};
-use lightshed_integrator::scene_lights;
+use lightshed_integrator::spatial::LevelGridOptions;
+use lightshed_integrator::{WorldReuse, scene_lights};
 use lightshed_lights::LightRecord;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
@@ -24,6 +25,8 @@ pub struct GpuScene {
     places: TablePlaces,
     render: RenderSettings,
     extent: f32,
+    /// Cells of space, as large as a pixel.
+    pixel_cells: LevelGridOptions,
     lights: Vec<LightRecord>,
     medium: Option<SceneMedium>,
 }
@@ -123,6 +126,8 @@ impl GpuScene {
             return Err(GpuError::TooDeep(depth));
         }
         let (tables, places) = tables(&flat);
+        let mut pixel_cells = WorldReuse::default();
+        pixel_cells.cell_pixels = 1.0;
         let buffers = [
             gpu.buffer("nodes", &nodes)?,
             gpu.buffer("slots", &slots)?,
@@ -140,6 +145,7 @@ impl GpuScene {
             places,
             render: *scene.settings(),
             extent: scene.extent(),
+            pixel_cells: pixel_cells.cells(scene),
             lights: scene_lights(scene.emitters())
                 .iter()
                 .map(LightRecord::new)
@@ -184,6 +190,14 @@ impl GpuScene {
     /// The scene's size.
     pub(crate) fn extent(&self) -> f32 {
         self.extent
+    }
+
+    /// Cells of space for reservoirs, as the host has them for this scene.
+    pub(crate) fn world_cells(&self, reuse: &WorldReuse) -> LevelGridOptions {
+        LevelGridOptions {
+            growth: reuse.cell_pixels * self.pixel_cells.growth,
+            ..self.pixel_cells
+        }
     }
 
     /// Whether all materials scatter by diffuse lobes alone.

@@ -68,6 +68,7 @@ const SAME: &[(&str, &str, &[&str])] = &[
     ("bvh_build", "gpu", &["STEP"]),
     ("bvh_subset", "bvh", &["BINS", "OFFSET"]),
     ("bvh_subset", "gpu", &["BINS", "CHUNK"]),
+    ("cell_table::main", "gpu", &["RANK_BITS"]),
     ("group", "gpu", &["GROUP"]),
     ("lighting_grid_build", "gpu", &["TILE"]),
     ("light_tree_build", "gpu", &["WIDTH"]),
@@ -85,6 +86,7 @@ const SAME: &[(&str, &str, &[&str])] = &[
     ),
     ("restir_volume::candidates", "integrator", &["LEAST_SHARE"]),
     ("shadow_filter", "integrator", &["PLANE_TOLERANCE"]),
+    ("world::main", "gpu", &["MOST_INPUTS"]),
 ];
 
 /// A shader's constant and the variant of the enumeration that it stands for.

@@ -7,16 +7,17 @@ use crate::bindings::{FilterBindings, Table};
 use crate::buffer::Access;
 use crate::programs::{linked_name, overrides};
 use crate::{
-    bvh, bvh_subset, direct, light_tree, lightcuts, lighting_grid, mixture, octree, path_tracer, quadtree,
-    radix_sort, restir_di, restir_pt, restir_volume, volpath, vpl_grid,
+    bvh, bvh_subset, cell_table, direct, light_tree, lightcuts, lighting_grid, mixture, octree, path_tracer,
+    quadtree, radix_sort, restir_di, restir_pt, restir_volume, volpath, vpl_grid,
 };
 use lightshed_shaders::Linker;
 use std::path::{Path, PathBuf};
 
 /// Programs, and what they bind.
-const PROGRAMS: [(&str, &[Table]); 17] = [
+const PROGRAMS: [(&str, &[Table]); 20] = [
     ("bvh_build", &bvh::TABLES),
     ("bvh_subset", &bvh_subset::TABLES),
+    ("cell_table", &cell_table::TABLES),
     ("direct", &direct::TABLES),
     ("light_tree_build", &light_tree::TABLES),
     ("lightcuts", &lightcuts::TABLES),
@@ -27,7 +28,9 @@ const PROGRAMS: [(&str, &[Table]); 17] = [
     ("quadtree_learn", &quadtree::TABLES),
     ("radix_sort", &radix_sort::TABLES),
     ("restir_di", &restir_di::TABLES),
+    ("restir_di_world", &restir_di::WORLD_TABLES),
     ("restir_pt", &restir_pt::TABLES),
+    ("restir_pt_world", &restir_pt::WORLD_TABLES),
     ("restir_volume", &restir_volume::TABLES),
     ("shadow_filter", &vpl_grid::FILTER_TABLES),
     ("volpath", &volpath::TABLES),
@@ -83,7 +86,7 @@ pub(crate) fn linker() -> Linker<'static> {
 }
 
 /// Links a program: `name.wesl`, or `name/main.wesl` with `name/reuse.wesl` for what merges ask
-/// for.
+/// for, and `name/cells.wesl` for the table of cells that it looks up.
 fn link(modules: &[(String, String)], name: &str) -> String {
     let text = |path: &str| {
         modules
@@ -95,14 +98,23 @@ fn link(modules: &[(String, String)], name: &str) -> String {
     for (path, text) in modules {
         linker = linker.module(path, text.as_str());
     }
-    if let Some(reuse) = text(&format!("package::{name}::reuse")) {
-        linker = linker.module("package::reuse", reuse);
+    // Cells of space of a method: programs of their own, with what the method's pixels hold.
+    let (folder, method) = match name.strip_suffix("_world") {
+        Some(method) => ("world", method),
+        None => (name, name),
+    };
+    for (module, from) in [("reuse", folder), ("cells", folder), ("samples", method)] {
+        let own = text(&format!("package::{from}::{module}"));
+        let usual = || text(&format!("package::memory::{module}"));
+        if let Some(text) = own.or_else(usual) {
+            linker = linker.module(&format!("package::{module}"), text);
+        }
     }
-    let alone = format!("package::{name}");
+    let alone = format!("package::{folder}");
     let root = if text(&alone).is_some() {
         alone
     } else {
-        format!("package::{name}::main")
+        format!("package::{folder}::main")
     };
     let linked = linker
         .link(&root)
@@ -260,6 +272,10 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ),
         ("restir_di", "package__1restir_di_light_Light", 48),
         ("restir_di", "package__1restir_di_light_Frame", 48),
+        ("cell_table", "Table", 64),
+        ("cell_table", "package_memory_visits_Visitor", 16),
+        ("cell_table", "package_memory_visits_Visit", 16),
+        ("restir_di_world", "package_world_memory_World", 64),
         ("restir_pt", "package_lightshed__1path_sample_PathReservoir", 64),
         ("restir_di", "package_primaries_Primary", 32),
         ("restir_pt", "package__1restir_pt_domain_Frame", 48),

@@ -2,6 +2,7 @@
 //! once.
 
 mod cached;
+mod cell_table;
 mod constants;
 mod guided;
 mod linked;
@@ -9,3 +10,5 @@ mod parity;
 mod path_parity;
 pub(crate) mod paths;
 pub(crate) mod support;
+mod world;
+mod world_paths;

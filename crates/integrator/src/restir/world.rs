@@ -57,16 +57,20 @@ impl Default for WorldReuse {
 
 impl WorldReuse {
     /// The cells of a scene, whose finest are a ten-thousandth of it.
-    fn options(&self, scene: &Scene) -> WorldReservoirOptions {
+    pub fn cells(&self, scene: &Scene) -> LevelGridOptions {
         let (camera, settings) = (scene.camera(), scene.settings());
         let middle = Vec2::new(settings.width as f32, settings.height as f32) * 0.5;
         let [a, b] = [Vec2::ZERO, Vec2::X].map(|offset| camera.ray(middle + offset, [0.5; 2]).direction);
-        let cells = LevelGridOptions {
+        LevelGridOptions {
             cell: (scene.extent() * 1e-4).max(f32::MIN_POSITIVE),
             growth: self.cell_pixels * a.distance(b),
             faces: true,
             facets: false,
-        };
+        }
+    }
+
+    fn options(&self, scene: &Scene) -> WorldReservoirOptions {
+        let cells = self.cells(scene);
         WorldReservoirOptions {
             slots: self.slots,
             reservoirs: self.reservoirs,
