@@ -12,19 +12,24 @@
 mod opening;
 
 use lightshed_gpu::{
-    GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuMixture, GpuPathTracer, GpuRestirDi, GpuRestirPt,
-    GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    GpuCachedPaths, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture,
+    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
 };
+use lightshed_integrator::caching::Termination;
 use lightshed_integrator::{
-    LightcutOptions, MixtureOptions, PathMapping, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
-    VplGridOptions, WorldReuse,
+    CachedPathsOptions, GuideKind, GuidedPathsOptions, LightcutOptions, MixtureOptions, PathMapping,
+    RestirDiSettings, RestirPtOptions, RestirVolumeOptions, VplGridOptions, WorldReuse,
 };
 use lightshed_scene::{Scene, builtin};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Frames after the first, of which the median counts; fewer where they take long.
-const FRAMES: u32 = 5;
+/// Frames of which the median counts; fewer where they take long.
+const FRAMES: usize = 9;
+/// Seconds of frames before those that count: a device that was idle has a slow clock.
+const WARM_UP: f64 = 0.3;
+/// Frames of paths whose guide learns from them.
+const TRAINING: u32 = 4;
 /// Seconds after which a row begins no more frames. A first frame that takes so long counts itself.
 const LONG: f64 = 5.0;
 
@@ -59,6 +64,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let whole = scene(name, None)?;
         let on_device = GpuScene::new(&gpu, &whole)?;
         row(name, "path", GpuPathTracer::new(&gpu, &on_device)?)?;
+        let guide = GuidedPathsOptions {
+            training: TRAINING,
+            may_drop: false,
+            ..GuidedPathsOptions::new(GuideKind::Quadtree)
+        };
+        let guided = GpuGuidedPaths::with_options(&gpu, &whole, &on_device, guide)?;
+        row_after(TRAINING, name, "path, guided by quadtrees", guided)?;
+        let ends = Termination::Variance {
+            threshold: 0.3,
+            relative: true,
+        };
+        let cache = CachedPathsOptions::new(ends, &whole);
+        let cached = GpuCachedPaths::new(&gpu, &whole, &on_device, cache)?;
+        row(name, "path, ended by a cache", cached)?;
         let shallow = GpuScene::new(&gpu, &scene(name, Some(2))?)?;
         row(name, "direct, power", GpuPathTracer::new(&gpu, &shallow)?)?;
         row(name, "direct, tree", GpuDirectLight::new(&gpu, &on_device, 1, 1)?)?;
@@ -130,11 +149,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Measures a method. Rays per second are those of the kernels that trace nothing but rays.
-fn row(scene: &str, name: &str, mut method: impl GpuMethod) -> Result<(), GpuError> {
+fn row(scene: &str, name: &str, method: impl GpuMethod) -> Result<(), GpuError> {
+    row_after(0, scene, name, method)
+}
+
+/// The same, after frames that do not count.
+fn row_after(training: u32, scene: &str, name: &str, mut method: impl GpuMethod) -> Result<(), GpuError> {
     let [width, height] = method.size();
     let mut frames: Vec<(f64, f64, BTreeMap<String, f64>)> = Vec::new();
+    for frame in 0..training {
+        method.frame(frame, 1)?;
+    }
     let start = Instant::now();
-    for frame in 0..=FRAMES {
+    for frame in training.. {
+        let is_warm = frame > training && start.elapsed().as_secs_f64() > WARM_UP;
         let (_, rays) = method.frame(frame, 1)?;
         let mut kernels = BTreeMap::new();
         for pass in method.times() {
@@ -143,10 +171,10 @@ fn row(scene: &str, name: &str, mut method: impl GpuMethod) -> Result<(), GpuErr
         }
         let traced = rays.camera + rays.path + rays.emitter;
         let is_long = start.elapsed().as_secs_f64() > LONG;
-        if frame > 0 || is_long {
+        if is_warm || is_long {
             frames.push((kernels.values().sum(), traced as f64, kernels));
         }
-        if is_long {
+        if is_long || frames.len() == FRAMES {
             break;
         }
     }

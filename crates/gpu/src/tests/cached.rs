@@ -1,7 +1,7 @@
 //! Paths that end in a cache on the device are the CPU's.
 
 use crate::programs::PATH;
-use crate::tests::support::{faulty, gpu, host_means, mean_luminance};
+use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance};
 use crate::{Gpu, GpuCachedPaths, GpuError, GpuMethod, GpuPathTracer, GpuScene, GpuStage};
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::caching::Termination;
@@ -79,11 +79,7 @@ fn different(
             None => ended.sample(x, y, 5, 9),
         };
         changed += usize::from(truth != plain.sample(x, y, 5, 9));
-        let differs = |c: usize| match gpu.is_exact() {
-            true => found[c].to_bits() != truth[c].to_bits(),
-            false => (found[c] - truth[c]).abs() > 1e-3 * truth[c].abs() + 1e-6,
-        };
-        differing += usize::from((0..3).any(differs));
+        differing += usize::from((0..3).any(|c| found[c].to_bits() != truth[c].to_bits()));
     }
     [differing, changed].map(|count| count as f64 / found.len() as f64)
 }
@@ -103,8 +99,7 @@ const MSE: Termination = Termination::Mse {
 /// noticed.
 #[test]
 fn paths_end_where_those_of_the_cpu_do() {
-    let Some(gpu) = gpu() else { return };
-    let allowed = if gpu.is_exact() { 0.0 } else { 0.05 };
+    let Some(gpu) = exact_gpu() else { return };
     let fixed = Termination::Fixed { depth: 2 };
     let absolute = Termination::variance(0.02);
     for (name, description, is_guided, rules) in [
@@ -129,7 +124,7 @@ fn paths_end_where_those_of_the_cpu_do() {
             };
             let [found, changed] = different(gpu, &scene, &host, &ending, PATH);
             println!("{name}, {rule:?}: {found} differ, {changed} were changed");
-            assert!(found <= allowed, "{name}, {rule:?}: {found} of all paths differ");
+            assert!(found == 0.0, "{name}, {rule:?}: {found} of all paths differ");
             assert!(
                 changed > 0.02,
                 "{name}, {rule:?}: {changed} of all paths were changed"

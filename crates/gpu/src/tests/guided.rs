@@ -1,7 +1,7 @@
 //! Guided paths on the device are the CPU's.
 
 use crate::programs::PATH;
-use crate::tests::support::{faulty, gpu, host_means, mean_luminance};
+use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance};
 use crate::{Gpu, GpuError, GpuGuidedPaths, GpuMethod, GpuPathTracer, GpuScene, GpuStage};
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::sampling::PointSet;
@@ -61,14 +61,13 @@ fn different(gpu: &Gpu, scene: &Scene, field: &SceneField, has_spot: bool, progr
     let found = device.sample(5, 9).expect("the device answers");
     let plain = || PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(8), 12);
     let (host, plain) = (plain().with_guide(field), plain());
-    let is_exact = gpu.is_exact() && !has_spot;
     let (mut differing, mut guided) = (0, 0);
     for (i, found) in (0..).zip(&found) {
         let truth = host.sample(i % SIDE, i / SIDE, 5, 9);
         guided += usize::from(truth != plain.sample(i % SIDE, i / SIDE, 5, 9));
-        let differs = |c: usize| match is_exact {
-            true => found[c].to_bits() != truth[c].to_bits(),
-            false => (found[c] - truth[c]).abs() > 1e-3 * truth[c].abs() + 1e-6,
+        let differs = |c: usize| match has_spot {
+            false => found[c].to_bits() != truth[c].to_bits(),
+            true => (found[c] - truth[c]).abs() > 1e-3 * truth[c].abs() + 1e-6,
         };
         differing += usize::from((0..3).any(differs));
     }
@@ -80,8 +79,7 @@ fn different(gpu: &Gpu, scene: &Scene, field: &SceneField, has_spot: bool, progr
 /// that is not divided by, another region, numbers that choose twice.
 #[test]
 fn guided_paths_are_those_of_the_cpu() {
-    let Some(gpu) = gpu() else { return };
-    let allowed = if gpu.is_exact() { 0.0 } else { 0.05 };
+    let Some(gpu) = exact_gpu() else { return };
     for (name, description, bits) in [
         ("cornell", builtin::cornell(), 64),
         ("cornell-glossy", builtin::cornell_glossy(), 128),
@@ -92,7 +90,7 @@ fn guided_paths_are_those_of_the_cpu() {
         let method = trained(&scene, options(bits, 4), 3);
         let [found, guided] = different(gpu, &scene, method.field(), name == "lighthouse", PATH);
         println!("{name}: {found} differ, {guided} were guided");
-        let allowed = if name == "lighthouse" { 0.05 } else { allowed };
+        let allowed = if name == "lighthouse" { 0.05 } else { 0.0 };
         assert!(found <= allowed, "{name}: {found} of all paths differ");
         assert!(guided > 0.02, "{name}: {guided} of all paths were guided");
     }

@@ -25,6 +25,16 @@ pub(crate) fn gpu() -> Option<&'static Gpu> {
     Some(gpu)
 }
 
+/// The device, for a test of nothing but bits: `None`, with a word about it, where its arithmetic
+/// rounds otherwise than the host's.
+pub(crate) fn exact_gpu() -> Option<&'static Gpu> {
+    let gpu = gpu()?;
+    if !gpu.is_exact() {
+        println!("SKIPPED: the arithmetic of {} is not the host's", gpu.name());
+    }
+    gpu.is_exact().then_some(gpu)
+}
+
 /// Mean luminance of what is at the pixels of an image, column and row.
 pub(crate) fn mean_luminance([width, height]: [u32; 2], value: impl Fn(u32, u32) -> Rgb) -> f64 {
     let pixels = (0..width * height).map(|i| f64::from(luminance(value(i % width, i / width))));

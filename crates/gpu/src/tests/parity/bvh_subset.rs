@@ -3,7 +3,7 @@
 use super::bvh_build::{bits, boxes, hostile, read};
 use crate::programs::BVH_SUBSET;
 use crate::tests::parity::harness::gpu;
-use crate::tests::support::faulty;
+use crate::tests::support::{exact_gpu, faulty};
 use crate::{BvhBuilder, BvhSubsetBuilder, Gpu, GpuBvh, GpuBvhSubset, GpuError};
 use lightshed_bvh::{Bounds, Bvh, Insertion, Interior, Method, SubsetOptions};
 use lightshed_scene::{Geometry, builtin};
@@ -102,7 +102,7 @@ fn of_scene(name: &str) -> Vec<Bounds> {
 
 #[test]
 fn subset_trees_are_the_same_node_for_node() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let builder = BvhSubsetBuilder::new(gpu).expect("the device takes the kernels");
     let check = |name: &str, boxes: &[Bounds], options: &SubsetOptions| {
         compare(gpu, &builder, name, boxes, options).unwrap_or_else(|error| panic!("{error}"));

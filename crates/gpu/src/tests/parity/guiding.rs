@@ -2,7 +2,9 @@
 
 use crate::Gpu;
 use crate::guide::FieldRow;
-use crate::tests::parity::harness::{COUNT, Shader, Tier, bits, check, compare, directions, floats, gpu};
+use crate::tests::parity::harness::{
+    COUNT, Shader, Tier, bits, check, compare, directions, floats, gpu, held,
+};
 use glam::Vec3;
 use lightshed_integrator::guiding::{
     CompressedQuadtree, FieldOptions, GuidingField, GuidingSample, Interpolation, MAX_QUADTREE_DEPTH,
@@ -464,12 +466,14 @@ fn fields_of_quadtrees() {
         (256, true, Interpolation::Jitter),
     ] {
         let field = field(bits, parallax, interpolation);
-        println!("{bits} bits: {} regions", field.learnt_regions());
-        assert_eq!(
-            field_agrees(gpu, &field, None),
-            Ok(()),
-            "{bits}, {parallax}, {interpolation:?}"
+        println!(
+            "{bits} bits, {parallax}, {interpolation:?}: {} regions",
+            field.learnt_regions()
         );
+        held(gpu, || field_agrees(gpu, &field, None));
+    }
+    if !gpu.is_exact() {
+        return;
     }
     let field = field(64, true, Interpolation::Jitter);
     for fault in [

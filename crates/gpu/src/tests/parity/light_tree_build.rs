@@ -1,7 +1,7 @@
 //! Light trees built on the device are those of the library.
 
-use crate::tests::parity::harness::gpu;
 use crate::tests::parity::light_tree::lights;
+use crate::tests::support::exact_gpu;
 use crate::{Gpu, GpuLightTree, LightTreeBuilder};
 use glam::Vec3;
 use lightshed_lights::{Bounds, Curve, Light, LightRecord, OrientationCone, PerfectTree, PerfectTreeOptions};
@@ -96,7 +96,7 @@ fn hostile() -> Vec<(&'static str, Vec<Light>)> {
 
 #[test]
 fn trees_are_the_same_node_for_node() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let builder = LightTreeBuilder::new(gpu).expect("the device takes the kernels");
     let check = |name: &str, lights: &[Light], curve| {
         let (found, truth) = (built(gpu, &builder, lights, curve), truth(lights, curve));

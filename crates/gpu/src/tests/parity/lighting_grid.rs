@@ -1,6 +1,6 @@
 //! Look-ups in lighting grids: which lights a point gets from which level, and how much of each.
 
-use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, floats, gpu};
+use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, floats, gpu, held};
 use crate::{Buffer, Gpu};
 use glam::{DVec3, Vec3};
 use lightshed_lights::{GridOptions, GridQuery, Levels, LightingGrid, PointLight};
@@ -267,8 +267,7 @@ fn look_ups() {
             };
             compare(&name, tier, &inputs, &found, |words| answers(&grid, words))
         };
-        assert_eq!(run(1.0, false), Ok(()));
-        if levels == 6 {
+        if held(gpu, || run(1.0, false)) && levels == 6 {
             assert!(run(1.001, false).is_err(), "another radius");
             assert!(run(1.0, true).is_err(), "a lost light");
         }

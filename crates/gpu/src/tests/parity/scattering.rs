@@ -1,6 +1,6 @@
 //! Materials.
 
-use crate::tests::parity::harness::{Shader, Tier, compare, directions, gpu, unit_numbers};
+use crate::tests::parity::harness::{Shader, Tier, compare, directions, gpu, held, unit_numbers};
 use glam::{Affine2, Vec2, Vec3};
 use lightshed_scene::{
     Checkerboard, ColorTexture, ComponentRow, ConductorIor, Filter, FlatMaterials, Image, ImageTexture,
@@ -314,9 +314,10 @@ fn materials_scatter_alike() {
     let all = inputs(materials.len());
     let found = run(None, &all);
     for index in 0..materials.len() {
-        if let Err(difference) = differs(index, &all, &found) {
-            panic!("{difference}");
-        }
+        held(device, || differs(index, &all, &found));
+    }
+    if !device.is_exact() {
+        return;
     }
     let few: Vec<Inputs> = all.into_iter().step_by(20).collect();
     for (right, wrong, name) in [

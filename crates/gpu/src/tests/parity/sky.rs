@@ -1,6 +1,7 @@
 //! Skies.
 
 use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, directions, floats, gpu, unit_numbers};
+use crate::tests::support::exact_gpu;
 use crate::{Buffer, Gpu};
 use glam::{Affine3A, Vec3};
 use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
@@ -98,7 +99,7 @@ const SIZES: [[u32; 2]; 4] = [[64, 33], [9, 5], [1, 1], [5, 1]];
 /// Cells are chosen exactly; directions, densities and radiances of the choice lie within bounds.
 #[test]
 fn samples() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     for (size, salt) in SIZES.into_iter().zip(90..) {
         let map = map(size);
         let scene = scene(&map);
