@@ -23,7 +23,7 @@
 use lightshed_film::{FrameMethod, PixelEstimator, process_cpu_seconds};
 use lightshed_gpu::{
     Gpu, GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
-    GpuRestirVolume, GpuScene, GpuVolumePathTracer,
+    GpuRestirSuffix, GpuRestirVolume, GpuScene, GpuVolumePathTracer,
 };
 use lightshed_integrator::{
     CameraMotion, DirectLight, DirectLightOptions, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
@@ -55,7 +55,7 @@ const SIGNIFICANCE: f64 = 1e-4;
 const WORST_TILE: f64 = 5.2;
 
 /// Scene, method on the device, and the CPU's method that it is held to.
-const ROWS: [(&str, &str, &str); 28] = [
+const ROWS: [(&str, &str, &str); 31] = [
     ("cornell", "path", "path"),
     ("cornell", "direct", "direct"),
     ("cornell", "direct-tree", "direct-tree"),
@@ -63,6 +63,7 @@ const ROWS: [(&str, &str, &str); 28] = [
     ("cornell", "restir-di", "direct"),
     ("cornell", "restir-di-tree", "direct"),
     ("cornell", "restir-pt", "walks"),
+    ("cornell", "restir-suffix", "path"),
     ("cornell-glossy", "path", "path"),
     ("cornell-glossy", "direct", "direct"),
     ("cornell-glossy", "direct-tree", "direct-tree"),
@@ -70,6 +71,7 @@ const ROWS: [(&str, &str, &str); 28] = [
     ("cornell-glossy", "restir-di", "direct"),
     ("cornell-glossy", "restir-di-tree", "direct"),
     ("cornell-glossy", "restir-pt", "walks"),
+    ("cornell-glossy", "restir-suffix", "path"),
     ("many-lights", "path", "path"),
     ("many-lights", "direct", "direct"),
     ("many-lights", "direct-tree", "direct-tree"),
@@ -77,6 +79,7 @@ const ROWS: [(&str, &str, &str); 28] = [
     ("many-lights", "restir-di", "direct-tree"),
     ("many-lights", "restir-di-tree", "direct-tree"),
     ("many-lights", "restir-pt", "walks"),
+    ("many-lights", "restir-suffix", "path"),
     ("smoke-in-cornell", "volpath", "volpath"),
     ("smoke-in-cornell", "volpath-once", "volpath-once"),
     ("smoke-in-cornell", "restir-volume", "restir-volume"),
@@ -370,6 +373,12 @@ fn device_method<'a>(
             RestirDiSettings::UNBIASED,
         )?),
         "restir-pt" => Box::new(GpuRestirPt::new(gpu, on_device)?),
+        "restir-suffix" => {
+            // Behind the camera ray of a path.
+            let mut options = GpuRestirSuffix::real_time(PathMapping::Hybrid);
+            (options.suffixes.direct_samples, options.camera_rays) = (0, 1);
+            Box::new(GpuRestirSuffix::with_options(gpu, on_device, options)?)
+        }
         "restir-volume" => {
             let options = RestirVolumeOptions::of_scene(scene, Some(2)).with_neighbours();
             Box::new(GpuRestirVolume::new(gpu, on_device, options)?)

@@ -13,7 +13,8 @@ mod opening;
 
 use lightshed_gpu::{
     GpuCachedPaths, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture,
-    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirSuffix, GpuRestirVolume, GpuScene, GpuVolumePathTracer,
+    GpuVplGrid,
 };
 use lightshed_integrator::caching::Termination;
 use lightshed_integrator::{
@@ -118,6 +119,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 GpuRestirPt::with_options(&gpu, &on_device, options)?,
             )?;
         }
+        row(name, "restir-suffix", GpuRestirSuffix::new(&gpu, &on_device)?)?;
         let lights = VplGridOptions::new(0.01 * whole.extent());
         row(
             name,

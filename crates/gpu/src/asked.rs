@@ -1,14 +1,15 @@
 //! What a method of the registry asks of the device.
 
 use crate::GpuError;
-use crate::GpuGuidedPaths;
 use crate::cached::check_cache;
 use crate::guided::check_guide;
 use crate::mixture::check_sets;
+use crate::restir_suffix::check as check_suffixes;
 use crate::world::check_world;
+use crate::{GpuGuidedPaths, GpuRestirSuffix};
 use lightshed_integrator::{
     CachedPathsOptions, GuidedPathsOptions, LightChoosing, LightcutOptions, METHODS, Method, MixtureOptions,
-    RestirDiSettings, RestirPtOptions, RestirVolumeOptions, VplGridOptions,
+    RestirDiSettings, RestirPtOptions, RestirSuffixOptions, RestirVolumeOptions, VplGridOptions,
 };
 use lightshed_scene::Scene;
 
@@ -34,13 +35,14 @@ pub(crate) enum Asked {
         by_tree: bool,
     },
     RestirPt(RestirPtOptions),
+    RestirSuffix(RestirSuffixOptions),
     VplGrid(VplGridOptions),
 }
 
 type Ask = fn(method: &Method, scene: &Scene) -> Result<Asked, GpuError>;
 
 /// The registry's list of methods on the device.
-const ON_DEVICE: [(&str, Ask); 9] = [
+const ON_DEVICE: [(&str, Ask); 10] = [
     ("path", paths),
     ("volpath", |_, _| Ok(Asked::VolumePaths)),
     ("restir-volume", |method, scene| {
@@ -82,6 +84,12 @@ const ON_DEVICE: [(&str, Ask); 9] = [
             }
         }
         Ok(Asked::RestirPt(options))
+    }),
+    ("restir-suffix", |method, _| {
+        let options = GpuRestirSuffix::real_time(method.values().path_mapping());
+        let options = method.values().restir_suffix_options(options);
+        check_suffixes(&options)?;
+        Ok(Asked::RestirSuffix(options))
     }),
     ("vpl-grid", |method, scene| {
         Ok(Asked::VplGrid(method.values().vpl_grid_options(scene)))
@@ -262,14 +270,16 @@ mod tests {
         accepted.filter(move |text| *text != default)
     }
 
-    /// Whether a value says what the device does in any case, though it is not the default's text.
-    fn is_of_course(option: &MethodOption, value: &str) -> bool {
+    /// Whether a value says what the device does in any case, or what is asked of it already,
+    /// though it is not the default's text.
+    fn is_of_course(option: &MethodOption, value: &str, asked: &str) -> bool {
         let of_course = [
             ("points", "independent"),
             ("visible", "paths"),
             ("direct-samples", "0"),
         ];
-        of_course.contains(&(option.name, value))
+        let already = format!(" {}: {value},", option.name.replace('-', "_"));
+        of_course.contains(&(option.name, value)) || asked.contains(&already)
     }
 
     /// Every option of every method, alone and beside each other option of the method, changes what
@@ -307,7 +317,7 @@ mod tests {
                         method.set(option.name, value).unwrap();
                         let Ok(after) = asked(&method) else { continue };
                         assert!(
-                            after != before || is_of_course(option, value),
+                            after != before || is_of_course(option, value, &before),
                             "{base} with {} {value}",
                             option.name
                         );

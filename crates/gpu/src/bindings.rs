@@ -240,6 +240,25 @@ bindings!(
 );
 
 bindings!(
+    /// Of suffix reuse.
+    SuffixBindings, 2, 0,
+    settings: Read,
+    primaries: Write,
+    before: Read,
+    prefixes: Write,
+    prefixes_before: Read,
+    given: Write,
+    made: Write,
+    image: Write,
+    frame: Read,
+    site_boxes: Write,
+    site_nodes: Read,
+    site_order: Read,
+    integrations: Write,
+    own_suffixes: Write,
+);
+
+bindings!(
     /// Of the filter of shadows, which knows no scene.
     FilterBindings, 0, 0,
     taps: Read,

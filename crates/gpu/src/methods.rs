@@ -3,7 +3,8 @@
 use crate::asked::Asked;
 use crate::{
     Gpu, GpuCachedPaths, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture,
-    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+    GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirSuffix, GpuRestirVolume, GpuScene, GpuVolumePathTracer,
+    GpuVplGrid,
 };
 use lightshed_integrator::{LightChoosing, LightSelection, Method};
 use lightshed_scene::Scene;
@@ -75,6 +76,7 @@ impl<'a> GpuStage<'a> {
                 by_tree: false,
             } => Box::new(GpuRestirDi::with_settings(gpu, on_device, settings)?),
             Asked::RestirPt(options) => Box::new(GpuRestirPt::with_options(gpu, on_device, options)?),
+            Asked::RestirSuffix(options) => Box::new(GpuRestirSuffix::with_options(gpu, on_device, options)?),
             Asked::VplGrid(options) => Box::new(GpuVplGrid::new(gpu, scene, on_device, options)?),
         })
     }

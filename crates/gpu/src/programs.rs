@@ -29,10 +29,14 @@ pub(crate) const RADIX_SORT: &str = include_str!("../generated/radix_sort.wgsl")
 pub(crate) const RESTIR_DI: &str = include_str!("../generated/restir_di.wgsl");
 /// Its cells of space.
 pub(crate) const RESTIR_DI_WORLD: &str = include_str!("../generated/restir_di_world.wgsl");
+/// Supporting prefixes of suffix reuse.
+pub(crate) const RESTIR_PREFIX: &str = include_str!("../generated/restir_prefix.wgsl");
 /// Paths by reuse among pixels and frames.
 pub(crate) const RESTIR_PT: &str = include_str!("../generated/restir_pt.wgsl");
 /// Their cells of space.
 pub(crate) const RESTIR_PT_WORLD: &str = include_str!("../generated/restir_pt_world.wgsl");
+/// Suffixes behind prefixes by reuse among pixels and frames.
+pub(crate) const RESTIR_SUFFIX: &str = include_str!("../generated/restir_suffix.wgsl");
 /// Single scattering in a medium by reuse among pixels and frames.
 pub(crate) const RESTIR_VOLUME: &str = include_str!("../generated/restir_volume.wgsl");
 /// The filter of shadows, and the image that follows.

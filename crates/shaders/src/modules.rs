@@ -205,6 +205,7 @@ pub const MODULES: &[Module] = &[
     ),
     module!("mis"),
     module!("morton"),
+    module!("nearest_sites", ["load_site_node", "load_surface_site"]),
     module!("normal_ball"),
     module!("octahedral"),
     module!("octree", ["load_octree_node"]),
@@ -212,6 +213,35 @@ pub const MODULES: &[Module] = &[
     module!("parallax"),
     module!("path_budget", ["load_cached_radiance", "load_cell_word"]),
     module!("path_numbers"),
+    module!(
+        "path_prefix",
+        [
+            "emitter_groups",
+            "has_delta_emitters",
+            "has_dielectrics",
+            "has_plastics",
+            "has_sky",
+            "has_textures",
+            "lets_pass",
+            "load_alias_entry",
+            "load_coat",
+            "load_component",
+            "load_corner_normals",
+            "load_corner_uvs",
+            "load_cwbvh_node",
+            "load_cwbvh_primitive",
+            "load_delta_emitter",
+            "load_emitter",
+            "load_emitter_triangle",
+            "load_material",
+            "load_sky_word",
+            "load_texel_word",
+            "load_texture",
+            "load_triangle",
+            "load_triangle_corners",
+            "sky"
+        ]
+    ),
     module!(
         "path_sample",
         [

@@ -8,13 +8,13 @@ use crate::buffer::Access;
 use crate::programs::{linked_name, overrides};
 use crate::{
     bvh, bvh_subset, cell_table, direct, light_tree, lightcuts, lighting_grid, mixture, octree, path_tracer,
-    quadtree, radix_sort, restir_di, restir_pt, restir_volume, volpath, vpl_grid,
+    quadtree, radix_sort, restir_di, restir_pt, restir_suffix, restir_volume, volpath, vpl_grid,
 };
 use lightshed_shaders::Linker;
 use std::path::{Path, PathBuf};
 
 /// Programs, and what they bind.
-const PROGRAMS: [(&str, &[Table]); 20] = [
+const PROGRAMS: [(&str, &[Table]); 22] = [
     ("bvh_build", &bvh::TABLES),
     ("bvh_subset", &bvh_subset::TABLES),
     ("cell_table", &cell_table::TABLES),
@@ -29,8 +29,10 @@ const PROGRAMS: [(&str, &[Table]); 20] = [
     ("radix_sort", &radix_sort::TABLES),
     ("restir_di", &restir_di::TABLES),
     ("restir_di_world", &restir_di::WORLD_TABLES),
+    ("restir_prefix", &restir_suffix::TABLES),
     ("restir_pt", &restir_pt::TABLES),
     ("restir_pt_world", &restir_pt::WORLD_TABLES),
+    ("restir_suffix", &restir_suffix::TABLES),
     ("restir_volume", &restir_volume::TABLES),
     ("shadow_filter", &vpl_grid::FILTER_TABLES),
     ("volpath", &volpath::TABLES),

@@ -19,6 +19,8 @@ use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, Place, TreeTracer, WorldGeometry,
 };
 
+mod prefixes;
+
 const SIDE: u32 = 64;
 const LENGTH: u32 = 7;
 /// Base paths and the domains that they are carried to, under the hybrid's rules; under others a

@@ -2,6 +2,7 @@
 
 use super::capabilities::MethodCapabilities;
 use super::option::{MethodOption, MethodValues};
+use super::options::PREFIXES;
 use super::stage::{Motion, Stage, Started};
 
 /// Prepares a method: for a scene, by values of its options, with its motion. `Err` says why not.
@@ -30,5 +31,10 @@ impl MethodEntry {
     /// The option of this name.
     pub fn option(&self, name: &str) -> Option<&'static MethodOption> {
         self.options.iter().find(|option| option.name == name)
+    }
+
+    /// Whether it reuses what is behind prefixes.
+    pub(super) fn reuses_suffixes(&self) -> bool {
+        self.option(PREFIXES.name).is_some()
     }
 }

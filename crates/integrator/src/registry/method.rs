@@ -76,16 +76,17 @@ impl Method {
     /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
     /// is biased, and its frames depend on earlier ones if the cache continues to learn. The device
     /// has no cache with split cells or records by direction. With decorrelated reuse or samples of
-    /// direct light the device does not support it, either; nor with guides, but for paths guided
-    /// by `cdq` that train for some frames only. Of Markov chain mixtures it has spatial sets of
-    /// one step.
+    /// direct light (but beside suffix reuse) the device does not support it, either; nor with
+    /// guides, but for paths guided by `cdq` that train for some frames only. Of Markov chain
+    /// mixtures it has spatial sets of one step.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
             device: own.device
                 && !self.values.is_decorrelated()
                 && self.values.has_spatial_step()
-                && self.values.direct_samples(0) == 0,
+                && self.values.has_supports_everywhere()
+                && (self.values.direct_samples(0) == 0 || self.entry.reuses_suffixes()),
             ..own
         };
         let guided = self.values.guided_paths();

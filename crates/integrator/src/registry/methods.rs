@@ -319,7 +319,10 @@ pub static METHODS: &[MethodEntry] = &[
     MethodEntry {
         name: "restir-suffix",
         help: "Path tracing by short prefixes that share what is behind them, with reuse from the frame before",
-        capabilities: MethodCapabilities::CHAIN,
+        capabilities: MethodCapabilities {
+            device: true,
+            ..MethodCapabilities::CHAIN
+        },
         options: &[
             options::SHIFT,
             options::LIGHTS,

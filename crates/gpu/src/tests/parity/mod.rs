@@ -20,6 +20,7 @@ mod lighting_grid;
 mod media;
 mod merge;
 mod mixture;
+mod nearest_sites;
 mod numbers;
 mod octree_adapt;
 mod path_budget;

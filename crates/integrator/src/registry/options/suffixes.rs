@@ -48,7 +48,19 @@ pub const SPACING: MethodOption = MethodOption::new(
     "Side of the square of pixels that have one supporting prefix",
 );
 
+/// Most borrowed suffixes on the device.
+const DEVICE_BORROWED: u32 = 8;
+
 impl MethodValues {
+    /// Whether each pixel has a supporting prefix, and prefixes borrow few enough suffixes for the
+    /// device.
+    pub(in crate::registry) fn has_supports_everywhere(&self) -> bool {
+        self.get(&SPACING).is_none_or(|spacing: u32| spacing == 1)
+            && self
+                .get(&BORROWED)
+                .is_none_or(|borrowed: u32| borrowed <= DEVICE_BORROWED)
+    }
+
     /// Parameters of suffix reuse.
     pub fn restir_suffix_options(&self, default: RestirSuffixOptions) -> RestirSuffixOptions {
         let prefixes = self.get(&PREFIXES).unwrap_or(default.prefixes);

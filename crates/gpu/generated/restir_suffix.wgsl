@@ -1,0 +1,3636 @@
+// Linked from restir_suffix.wesl.
+
+@compute @workgroup_size(64)
+fn suffixes(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let prefix = package__1restir_suffix_domain_prefixes[pixel];
+    if !(prefix.weight > 0.0) {
+        package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1empty_reservoir(0.0);
+        return;
+    }
+    let found = package__1restir_suffix_candidates__1gather_suffixes(package__1restir_suffix_domain__1suffixes_of(prefix), package__1restir_suffix_domain_frame.candidates, package__1restir_suffix_candidates_Drawing(pixel, package__1restir_suffix_domain_SEEDS, package__1restir_suffix_domain_CHOICES));
+    let weight = package__1restir_suffix_candidates__1gathered_weight(found);
+    if weight > 0.0 {
+        package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1pack_reservoir(found.sample, weight, 1.0);
+    }
+    else {
+        package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1empty_reservoir(1.0);
+    }
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let here = package_primaries_primaries[pixel].hit.primitive;
+    let there = package_primaries_before[pixel].hit.primitive;
+    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package__1restir_suffix_domain_resembles(here, there) {
+        return;
+    }
+    if !(package__1restir_suffix_domain_prefixes[pixel].weight > 0.0 && package__1restir_suffix_domain__1prefixes_before[pixel].weight > 0.0) {
+        return;
+    }
+    package_inputs__1with_past(pixel);
+    package__1restir_suffix_domain_made[pixel] = package_reuse__1merged_suffix(package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package__1restir_suffix_domain_frame.confidence_cap));
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    package__1restir_suffix_domain_made[pixel] = package__1restir_suffix_domain_given[pixel];
+    if !(package__1restir_suffix_domain_prefixes[pixel].weight > 0.0) {
+        return;
+    }
+    package_inputs__1with_neighbours(pixel, package__1restir_suffix_domain_frame.neighbours, package__1restir_suffix_domain_frame.radius, package__1restir_suffix_domain_frame.number, package_reuse__1spatial_blocks());
+    package__1restir_suffix_domain_made[pixel] = package_reuse__1merged_suffix(package_lightshed_merge__1merge_pairwise(package_inputs_inputs.count, package__1restir_suffix_domain_frame.confidence_cap));
+}
+
+@compute @workgroup_size(64)
+fn sites(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel < package_memory_scene_settings.pixels {
+        package__1restir_suffix_sites__1store_site(pixel);
+    }
+}
+
+@compute @workgroup_size(64)
+fn integrate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let thread = package_memory_pixels__1thread_number(id, groups);
+    if thread < package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
+        package__1restir_suffix_gather_integrations[thread] = package__1restir_suffix_gather__1integration_prefix(package__1restir_suffix_domain_frame.first + thread / package__1restir_suffix_domain_frame.prefixes, thread % package__1restir_suffix_domain_frame.prefixes);
+    }
+}
+
+@compute @workgroup_size(64)
+fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let thread = package_memory_pixels__1thread_number(id, groups);
+    if thread < package__1restir_suffix_domain_frame.count {
+        package__1restir_suffix_gather__1choose_own(package__1restir_suffix_domain_frame.first + thread, thread * package__1restir_suffix_domain_frame.prefixes);
+    }
+}
+
+@compute @workgroup_size(64)
+fn own(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let thread = package_memory_pixels__1thread_number(id, groups);
+    if thread >= package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
+        return;
+    }
+    package__1restir_suffix_gather__1own_suffixes[thread] = package_lightshed__1path_sample__1empty_reservoir(1.0);
+    let share = package__1restir_suffix_gather_integrations[thread].own_share;
+    if !(share > 0.0) {
+        return;
+    }
+    let prefix = package__1restir_suffix_gather_integrations[thread].prefix;
+    let number = thread % package__1restir_suffix_domain_frame.prefixes;
+    let drawing = package__1restir_suffix_candidates_Drawing(package__1restir_suffix_domain_frame.first + thread / package__1restir_suffix_domain_frame.prefixes, package__1restir_suffix_domain_OWN + number, package__1restir_suffix_domain__1OWN_CHOICES + package__1restir_suffix_domain__1MOST_CHOICES * number);
+    let found = package__1restir_suffix_candidates__1gather_suffixes(package__1restir_suffix_domain__1suffixes_of(prefix), 1u, drawing);
+    package__1restir_suffix_gather_integrations[thread].light += prefix.throughput * found.at_home * (prefix.weight * share);
+    let weight = package__1restir_suffix_candidates__1gathered_weight(found);
+    if weight > 0.0 {
+        package__1restir_suffix_gather__1own_suffixes[thread] = package_lightshed__1path_sample__1pack_reservoir(found.sample, weight, 1.0);
+    }
+}
+
+@compute @workgroup_size(64)
+fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let thread = package_memory_pixels__1thread_number(id, groups);
+    if thread >= package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
+        return;
+    }
+    let prefix = package__1restir_suffix_gather_integrations[thread].prefix;
+    if !(prefix.weight > 0.0) {
+        return;
+    }
+    let last = package_lightshed__1path_vertex__1vertex_at(prefix.primitive, prefix.coordinates).point;
+    let found = package_lightshed__1nearest_sites__1nearest_sites(last.position, last.geometric_normal, package_memory_scene_settings.pixels, package__1restir_suffix_domain_frame.borrowed, package__1restir_suffix_domain_frame.within, package__1restir_suffix_domain_frame.normal_scale);
+    package__1restir_suffix_gather_integration = thread;
+    package_reuse_gathers = true;
+    package_reuse_gathered = vec3f(0.0);
+    package_inputs_alone(0u);
+    for (var i = 0u; i < found.count; i++) {
+        package_inputs__1add_input(found.indices[i]);
+    }
+    let merged = package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package__1restir_suffix_domain_frame.confidence_cap);
+    package__1restir_suffix_gather_integrations[thread].light += prefix.throughput * package_reuse_gathered * prefix.weight;
+}
+
+@compute @workgroup_size(64)
+fn resolve(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let thread = package_memory_pixels__1thread_number(id, groups);
+    if thread >= package__1restir_suffix_domain_frame.count {
+        return;
+    }
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < package__1restir_suffix_domain_frame.prefixes; i++) {
+        sum += package__1restir_suffix_gather_integrations[thread * package__1restir_suffix_domain_frame.prefixes + i].light;
+    }
+    package__1restir_suffix_domain_image[package__1restir_suffix_domain_frame.first + thread] += vec4f(sum, 0.0);
+}
+
+struct package__1restir_suffix_candidates_Drawing {
+    pixel: u32,
+    seeds: u32,
+    choices: u32
+}
+
+struct package__1restir_suffix_candidates_Gathered {
+    selection: package_lightshed_reservoir_Selection,
+    sample: package_lightshed__1path_sample_PathSample,
+    offered: u32,
+    at_home: vec3f
+}
+
+fn package__1restir_suffix_candidates__1gather_suffixes(domain: package_lightshed__1path_shift_PathDomain, walks: u32, drawing: package__1restir_suffix_candidates_Drawing) -> package__1restir_suffix_candidates_Gathered {
+    var gathered = package__1restir_suffix_candidates_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
+    if !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
+        return gathered;
+    }
+    let roulette_from = max(package_memory_scene_settings.roulette_depth, 2u) - 1u;
+    let share = 1.0 / f32(walks);
+    for (var tree = 0u; tree < walks; tree++) {
+        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package__1restir_suffix_domain_block(drawing.pixel, drawing.seeds + tree).xy);
+        var vertex = domain.first;
+        while (walk.index < domain.max_length) {
+            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, domain.rules, vertex);
+            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
+                gathered = package__1restir_suffix_candidates__1gathered_with(gathered, light, share * walk.weight, drawing);
+            }
+            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
+            let onward = package_lightshed__1path_walk__1walk_onward(walk, domain.rules, vertex, numbers, roulette_from);
+            if !onward.some {
+                break;
+            }
+            let hit = package_lightshed_cwbvh_intersect(onward.ray);
+            let lost = hit.primitive == package_lightshed_ray_NOTHING;
+            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
+                break;
+            }
+            if !lost {
+                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+            }
+            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, domain.rules, lost, vertex);
+            walk = arrival.walk;
+            if arrival.candidate.some {
+                gathered = package__1restir_suffix_candidates__1gathered_with(gathered, arrival.candidate, share * walk.weight, drawing);
+            }
+            if lost {
+                break;
+            }
+        }
+    }
+    return gathered;
+}
+
+fn package__1restir_suffix_candidates__1gathered_weight(gathered: package__1restir_suffix_candidates_Gathered) -> f32 {
+    return package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
+}
+
+fn package__1restir_suffix_candidates__1gathered_with(so_far: package__1restir_suffix_candidates_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, drawing: package__1restir_suffix_candidates_Drawing) -> package__1restir_suffix_candidates_Gathered {
+    var next = so_far;
+    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
+    if !package_lightshed_connectability_replays(package__1restir_suffix_domain_frame.rules) && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
+        next.at_home += contribution * weight;
+        return next;
+    }
+    let u = package_lightshed_uniform__2f32_from_u32(package__1restir_suffix_domain_block(drawing.pixel, drawing.choices + so_far.offered).x);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
+    next.selection = offered.selection;
+    next.offered++;
+    if offered.accepted {
+        next.sample = found.sample;
+    }
+    return next;
+}
+
+const package__1restir_suffix_domain_CHOICE: u32 = 2u;
+
+const package__1restir_suffix_domain_CHOICES: u32 = 2097152u;
+
+struct package__1restir_suffix_domain_Frame {
+    rules: package_lightshed_connectability_Connectability,
+    ends: package_lightshed_connectability_Connectability,
+    number: u32,
+    candidates: u32,
+    round: u32,
+    least_length: u32,
+    prefixes: u32,
+    camera_rays: u32,
+    canonical: u32,
+    borrowed: u32,
+    direct_samples: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    prefix_cap: f32,
+    within: f32,
+    normal_scale: f32,
+    beyond: f32,
+    first: u32,
+    count: u32,
+    padding0: u32,
+    padding1: u32
+}
+
+const package__1restir_suffix_domain_INTEGRATION: u32 = 5242880u;
+
+const package__1restir_suffix_domain_OWN: u32 = 6291456u;
+
+const package__1restir_suffix_domain_SEEDS: u32 = 1048576u;
+
+const package__1restir_suffix_domain_SPATIAL: u32 = 12288u;
+
+const package__1restir_suffix_domain__1MOST_CHOICES: u32 = 4096u;
+
+const package__1restir_suffix_domain__1OWN_CHOICES: u32 = 16777216u;
+
+const package__1restir_suffix_domain__1SUFFIX_TEMPORAL: u32 = 8192u;
+
+fn package__1restir_suffix_domain__1load_normal(primitive: u32) -> vec3f {
+    let triangle = package_memory_scene__1load_triangle(primitive);
+    return vec3f(triangle.normal_x, triangle.normal_yz);
+}
+
+@group(2) @binding(4)
+var<storage, read> package__1restir_suffix_domain__1prefixes_before: array<package_lightshed__1path_prefix_PrefixReservoir>;
+
+fn package__1restir_suffix_domain__1prefixes_of(primary: package_primaries_Primary) -> package_lightshed__1path_prefix_PrefixDomain {
+    let first = package_lightshed__1path_vertex__1vertex_at(primary.hit.primitive, primary.hit.barycentric);
+    return package_lightshed__1path_prefix_PrefixDomain(first, -primary.direction, package_memory_scene_settings.max_depth, package__1restir_suffix_domain_frame.ends);
+}
+
+fn package__1restir_suffix_domain__1suffixes_of(prefix: package_lightshed__1path_prefix_PrefixReservoir) -> package_lightshed__1path_shift_PathDomain {
+    return package_lightshed__1path_prefix__1suffixes_behind(prefix, package_memory_scene_settings.max_depth, package__1restir_suffix_domain_frame.rules);
+}
+
+const package__1restir_suffix_domain__2LEAST_COS_NORMALS: f32 = 0.5;
+
+fn package__1restir_suffix_domain_block(pixel: u32, index: u32) -> vec4u {
+    return package_memory_pixels__1pixel_block(pixel, package__1restir_suffix_domain_frame.number, index);
+}
+
+@group(2) @binding(8)
+var<storage, read> package__1restir_suffix_domain_frame: package__1restir_suffix_domain_Frame;
+
+@group(2) @binding(5)
+var<storage, read_write> package__1restir_suffix_domain_given: array<package_lightshed__1path_sample_PathReservoir>;
+
+@group(2) @binding(7)
+var<storage, read_write> package__1restir_suffix_domain_image: array<vec4f>;
+
+@group(2) @binding(6)
+var<storage, read_write> package__1restir_suffix_domain_made: array<package_lightshed__1path_sample_PathReservoir>;
+
+@group(2) @binding(3)
+var<storage, read_write> package__1restir_suffix_domain_prefixes: array<package_lightshed__1path_prefix_PrefixReservoir>;
+
+fn package__1restir_suffix_domain_resembles(a: u32, b: u32) -> bool {
+    return abs(package_lightshed_vector_dot3(package__1restir_suffix_domain__1load_normal(a), package__1restir_suffix_domain__1load_normal(b))) >= package__1restir_suffix_domain__2LEAST_COS_NORMALS;
+}
+
+struct package__1restir_suffix_gather_Integration {
+    prefix: package_lightshed__1path_prefix_PrefixReservoir,
+    light: vec3f,
+    own_share: f32
+}
+
+const package__1restir_suffix_gather_STEPS: vec4f = vec4f(0.8566749, 0.73389185, 0.6287067, 0.5385973);
+
+fn package__1restir_suffix_gather__1choose_own(pixel: u32, first: u32) {
+    let end = first + package__1restir_suffix_domain_frame.prefixes;
+    var sum = 0.0;
+    for (var i = first; i < end; i++) {
+        sum += package__1restir_suffix_gather_importance(package__1restir_suffix_gather_integrations[i].prefix);
+    }
+    var step = package_lightshed_uniform__2f32_from_u32(package__1restir_suffix_domain_block(pixel, package__1restir_suffix_domain_CHOICE).x);
+    for (var i = first; i < end; i++) {
+        let prefix = package__1restir_suffix_gather_integrations[i].prefix;
+        var q = 1.0;
+        if package__1restir_suffix_domain_frame.canonical < package__1restir_suffix_domain_frame.prefixes {
+            let share = f32(package__1restir_suffix_domain_frame.canonical) * package__1restir_suffix_gather_importance(prefix) / sum;
+            q = select(0.0, min(share, 1.0), share > 0.0);
+        }
+        let before = floor(step);
+        step += q;
+        let is_chosen = prefix.weight > 0.0 && floor(step) > before;
+        package__1restir_suffix_gather_integrations[i].own_share = select(0.0, 1.0 / (q * f32(package__1restir_suffix_domain_frame.prefixes)), is_chosen);
+    }
+}
+
+fn package__1restir_suffix_gather__1integration_prefix(pixel: u32, number: u32) -> package__1restir_suffix_gather_Integration {
+    let ray = number % package__1restir_suffix_domain_frame.camera_rays;
+    let seen = package__1restir_suffix_gather__1seen_along(pixel, ray);
+    var light = vec3f(0.0);
+    if package__1restir_suffix_domain_frame.least_length <= 1u && number < package__1restir_suffix_domain_frame.camera_rays && ray > 0u && package_memory_scene_settings.max_depth > 0u {
+        if seen.hit.primitive == package_lightshed_ray_NOTHING {
+            light = package_lightshed_emitter__1surroundings_radiance(seen.direction);
+        }
+        else {
+            light = package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
+        }
+        light = light / f32(package__1restir_suffix_domain_frame.camera_rays);
+    }
+    if seen.hit.primitive == package_lightshed_ray_NOTHING {
+        return package__1restir_suffix_gather_Integration(package_lightshed__1path_prefix__1no_prefix(0.0), light, 0.0);
+    }
+    let seed = package__1restir_suffix_domain_block(pixel, package__1restir_suffix_domain_INTEGRATION + number).xy;
+    let traced = package_lightshed__1path_prefix__1trace_prefix(package__1restir_suffix_domain__1prefixes_of(seen), seed, package__1restir_suffix_domain_frame.least_length, package_memory_scene_settings.roulette_depth);
+    return package__1restir_suffix_gather_Integration(traced.prefix, light + traced.light / f32(package__1restir_suffix_domain_frame.prefixes), 0.0);
+}
+
+@group(2) @binding(13)
+var<storage, read_write> package__1restir_suffix_gather__1own_suffixes: array<package_lightshed__1path_sample_PathReservoir>;
+
+fn package__1restir_suffix_gather__1seen_along(pixel: u32, ray: u32) -> package_primaries_Primary {
+    if ray == 0u {
+        return package_primaries_primaries[pixel];
+    }
+    let words = package__1restir_suffix_domain_block(pixel, package_primaries_CAMERA);
+    let own = vec4f(package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__2f32_from_u32(words.y), package_lightshed_uniform__2f32_from_u32(words.z), package_lightshed_uniform__2f32_from_u32(words.w));
+    let place = fract(own + f32(ray) * package__1restir_suffix_gather_STEPS);
+    let along = package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + place.xy, place.zw);
+    return package_primaries_Primary(package_lightshed_cwbvh_intersect(along), along.direction, 0u);
+}
+
+fn package__1restir_suffix_gather_importance(prefix: package_lightshed__1path_prefix_PrefixReservoir) -> f32 {
+    return package_lightshed_color_luminance(prefix.throughput) * prefix.weight;
+}
+
+var<private> package__1restir_suffix_gather_integration: u32;
+
+@group(2) @binding(12)
+var<storage, read_write> package__1restir_suffix_gather_integrations: array<package__1restir_suffix_gather_Integration>;
+
+@group(2) @binding(9)
+var<storage, read_write> package__1restir_suffix_sites__1site_boxes: array<f32>;
+
+@group(2) @binding(10)
+var<storage, read> package__1restir_suffix_sites__1site_nodes: array<package_lightshed__1nearest_sites_SiteNode>;
+
+@group(2) @binding(11)
+var<storage, read> package__1restir_suffix_sites__1site_order: array<u32>;
+
+fn package__1restir_suffix_sites__1site_position(pixel: u32) -> vec3f {
+    let prefix = package__1restir_suffix_domain_prefixes[pixel];
+    if prefix.weight > 0.0 {
+        return package_lightshed__1path_vertex__1vertex_at(prefix.primitive, prefix.coordinates).point.position;
+    }
+    return package_memory_scene_settings.camera.position + package_primaries_primaries[pixel].direction * package__1restir_suffix_domain_frame.beyond;
+}
+
+fn package__1restir_suffix_sites__1store_site(pixel: u32) {
+    let position = package__1restir_suffix_sites__1site_position(pixel);
+    for (var axis = 0u; axis < 3u; axis++) {
+        package__1restir_suffix_sites__1site_boxes[6u * pixel + axis] = position[axis];
+        package__1restir_suffix_sites__1site_boxes[6u * pixel + 3u + axis] = position[axis];
+    }
+}
+
+fn package__1restir_suffix_sites__2load_site_node(index: u32) -> package_lightshed__1nearest_sites_SiteNode {
+    return package__1restir_suffix_sites__1site_nodes[index];
+}
+
+fn package__1restir_suffix_sites__2load_surface_site(place: u32) -> package_lightshed__1nearest_sites_SurfaceSite {
+    let pixel = package__1restir_suffix_sites__1site_order[place];
+    let prefix = package__1restir_suffix_domain_prefixes[pixel];
+    let at = 6u * pixel;
+    let position = vec3f(package__1restir_suffix_sites__1site_boxes[at], package__1restir_suffix_sites__1site_boxes[at + 1u], package__1restir_suffix_sites__1site_boxes[at + 2u]);
+    return package_lightshed__1nearest_sites_SurfaceSite(position, pixel, package__1restir_suffix_domain__1load_normal(prefix.primitive), prefix.weight > 0.0);
+}
+
+struct package_inputs_Inputs {
+    count: u32,
+    temporal: bool,
+    pixels: array<u32, 9>
+}
+
+const package_inputs__1MOST_NEIGHBOURS: u32 = 8u;
+
+fn package_inputs__1add_input(pixel: u32) {
+    package_inputs_inputs.pixels[package_inputs_inputs.count] = pixel;
+    package_inputs_inputs.count++;
+}
+
+fn package_inputs__1with_neighbours(pixel: u32, wanted: u32, radius: f32, sample: u32, first: u32) {
+    package_inputs_alone(pixel);
+    for (var i = 0u; i < min(wanted, package_inputs__1MOST_NEIGHBOURS); i++) {
+        let words = package_memory_pixels__1pixel_block(pixel, sample, first + i);
+        let other = package_memory_pixels__2pixel_at_offset(pixel, package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * radius);
+        if other != package_lightshed_ray_NOTHING && other != pixel && package_reuse_admits(pixel, other) {
+            package_inputs__1add_input(other);
+        }
+    }
+}
+
+fn package_inputs__1with_past(pixel: u32) {
+    package_inputs_inputs.count = 2u;
+    package_inputs_inputs.temporal = true;
+    package_inputs_inputs.pixels[0] = pixel;
+    package_inputs_inputs.pixels[1] = pixel;
+}
+
+fn package_inputs_alone(pixel: u32) {
+    package_inputs_inputs.count = 1u;
+    package_inputs_inputs.temporal = false;
+    package_inputs_inputs.pixels[0] = pixel;
+}
+
+fn package_inputs_decision(i: u32, sample: u32, first: u32) -> f32 {
+    if package_inputs_inputs.temporal {
+        return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first)[i]);
+    }
+    let place = select(package_inputs__1MOST_NEIGHBOURS + i - 1u, 2u * package_inputs__1MOST_NEIGHBOURS, i == 0u);
+    return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first + place).x);
+}
+
+var<private> package_inputs_inputs: package_inputs_Inputs;
+
+const package_lightshed__1nearest_sites_LEVELS: u32 = 96u;
+
+struct package_lightshed__1nearest_sites_NearestSites {
+    count: u32,
+    indices: array<u32, 8>,
+    squared: array<f32, 8>
+}
+
+struct package_lightshed__1nearest_sites_SiteNode {
+    low: vec3f,
+    first: u32,
+    high: vec3f,
+    count: u32
+}
+
+struct package_lightshed__1nearest_sites_SurfaceSite {
+    position: vec3f,
+    index: u32,
+    normal: vec3f,
+    is_there: bool
+}
+
+struct package_lightshed__1nearest_sites_WaitingNode {
+    node: u32,
+    squared: f32
+}
+
+const package_lightshed__1nearest_sites__1MOST_NEAREST: u32 = 8u;
+
+fn package_lightshed__1nearest_sites__1nearest_sites(position: vec3f, normal: vec3f, sites: u32, wanted: u32, within: f32, normal_scale: f32) -> package_lightshed__1nearest_sites_NearestSites {
+    var found = package_lightshed__1nearest_sites_NearestSites();
+    let most = min(wanted, package_lightshed__1nearest_sites__1MOST_NEAREST);
+    if most == 0u || sites == 0u {
+        return found;
+    }
+    var reach = within * within;
+    let scale_squared = normal_scale * normal_scale;
+    var waiting: array<package_lightshed__1nearest_sites_WaitingNode, 96>;
+    waiting[0] = package_lightshed__1nearest_sites_WaitingNode(0u, 0.0);
+    var depth = 1u;
+    while (depth > 0u) {
+        depth--;
+        let next = waiting[depth];
+        if next.squared > reach {
+            continue;
+        }
+        let node = package__1restir_suffix_sites__2load_site_node(next.node);
+        if node.count == 1u {
+            let site = package__1restir_suffix_sites__2load_surface_site(node.first);
+            if !site.is_there {
+                continue;
+            }
+            let between = site.position - position;
+            let turned = site.normal - normal;
+            let squared = package_lightshed_vector_dot3(between, between) + scale_squared * package_lightshed_vector_dot3(turned, turned);
+            if squared <= reach {
+                found = package_lightshed__1nearest_sites__1with_site(found, most, site.index, squared);
+                if found.count == most {
+                    reach = found.squared[most - 1u];
+                }
+            }
+            continue;
+        }
+        let first = next.node + 1u;
+        let left = package__1restir_suffix_sites__2load_site_node(first);
+        let second = next.node + 2u * left.count;
+        let right = package__1restir_suffix_sites__2load_site_node(second);
+        let near = package_lightshed__1nearest_sites_WaitingNode(first, package_lightshed__1nearest_sites__2squared_to_box(position, left.low, left.high));
+        let far = package_lightshed__1nearest_sites_WaitingNode(second, package_lightshed__1nearest_sites__2squared_to_box(position, right.low, right.high));
+        let swaps = far.squared < near.squared;
+        if depth + 2u <= package_lightshed__1nearest_sites_LEVELS {
+            if swaps {
+                waiting[depth] = near;
+                waiting[depth + 1u] = far;
+            }
+            else {
+                waiting[depth] = far;
+                waiting[depth + 1u] = near;
+            }
+            depth += 2u;
+        }
+    }
+    return found;
+}
+
+fn package_lightshed__1nearest_sites__1with_site(before: package_lightshed__1nearest_sites_NearestSites, most: u32, index: u32, squared: f32) -> package_lightshed__1nearest_sites_NearestSites {
+    var found = before;
+    var place = found.count;
+    while (place > 0u && (found.squared[place - 1u] > squared || (found.squared[place - 1u] == squared && found.indices[place - 1u] > index))) {
+        if place < most {
+            found.squared[place] = found.squared[place - 1u];
+            found.indices[place] = found.indices[place - 1u];
+        }
+        place--;
+    }
+    if place < most {
+        found.squared[place] = squared;
+        found.indices[place] = index;
+        found.count = min(found.count + 1u, most);
+    }
+    return found;
+}
+
+fn package_lightshed__1nearest_sites__2squared_to_box(position: vec3f, low: vec3f, high: vec3f) -> f32 {
+    let off = max(max(low - position, position - high), vec3f(0.0));
+    return package_lightshed_vector_dot3(off, off);
+}
+
+struct package_lightshed__1path_numbers_ScatterNumbers {
+    lobe: f32,
+    direction: vec2f,
+    roulette: f32
+}
+
+fn package_lightshed__1path_numbers__1emitter_words(seed: vec2u, index: u32) -> vec4u {
+    return package_lightshed__1path_numbers__1path_block(seed, 2u * index);
+}
+
+fn package_lightshed__1path_numbers__1path_block(seed: vec2u, block: u32) -> vec4u {
+    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 1u, 0u, 0u), vec4u(seed, 0u, 0u));
+}
+
+fn package_lightshed__1path_numbers__1scatter_numbers(seed: vec2u, index: u32) -> package_lightshed__1path_numbers_ScatterNumbers {
+    let words = package_lightshed__1path_numbers__1path_block(seed, 2u * index + 1u);
+    return package_lightshed__1path_numbers_ScatterNumbers(package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__1unit_square(words.yz), package_lightshed_uniform__2f32_from_u32(words.w));
+}
+
+struct package_lightshed__1path_prefix_PrefixArrival {
+    direction: vec3f,
+    density: f32,
+    throughput: vec3f
+}
+
+struct package_lightshed__1path_prefix_PrefixDomain {
+    first: package_lightshed__1path_vertex_PathVertex,
+    wo: vec3f,
+    max_length: u32,
+    ends: package_lightshed_connectability_Connectability
+}
+
+struct package_lightshed__1path_prefix_PrefixReservoir {
+    seed: vec2u,
+    about: u32,
+    primitive: u32,
+    throughput: vec3f,
+    density: f32,
+    wo: vec3f,
+    weight: f32,
+    coordinates: vec2f,
+    confidence: f32,
+    padding: u32
+}
+
+struct package_lightshed__1path_prefix_TracedPrefix {
+    prefix: package_lightshed__1path_prefix_PrefixReservoir,
+    light: vec3f
+}
+
+const package_lightshed__1path_prefix__1SURVIVAL_CAP: f32 = 0.95;
+
+fn package_lightshed__1path_prefix__1finished_prefix(seed: vec2u, length: u32, before: package_lightshed__1path_vertex_PathVertex, wo_before: vec3f, throughput_before: vec3f, vertex: package_lightshed__1path_vertex_PathVertex, lobe: u32, weight: f32) -> package_lightshed__1path_prefix_PrefixReservoir {
+    let arrival = package_lightshed__1path_prefix__1prefix_arrival(before, wo_before, throughput_before, vertex, lobe);
+    if !package_lightshed__1path_shift_contributes(arrival.throughput) {
+        return package_lightshed__1path_prefix__1no_prefix(0.0);
+    }
+    return package_lightshed__1path_prefix_PrefixReservoir(seed, length | (lobe << 8u), vertex.primitive, arrival.throughput, arrival.density, -arrival.direction, weight, vertex.coordinates, 1.0, 0u);
+}
+
+fn package_lightshed__1path_prefix__1no_prefix(confidence: f32) -> package_lightshed__1path_prefix_PrefixReservoir {
+    var prefix = package_lightshed__1path_prefix_PrefixReservoir();
+    prefix.confidence = confidence;
+    return prefix;
+}
+
+fn package_lightshed__1path_prefix__1prefix_arrival(before: package_lightshed__1path_vertex_PathVertex, wo: vec3f, throughput: vec3f, vertex: package_lightshed__1path_vertex_PathVertex, lobe: u32) -> package_lightshed__1path_prefix_PrefixArrival {
+    let d = vertex.point.position - before.point.position;
+    let squared = package_lightshed_vector_dot3(d, d);
+    let distance = sqrt(squared);
+    let direction = d / distance;
+    let cos_theta = package_lightshed_vector_dot3(vertex.point.geometric_normal, d) / distance;
+    let scattering = package_lightshed__1path_vertex__2evaluate_vertex_lobe(before, wo, direction, lobe);
+    let density = package_lightshed_measure__3solid_angle_to_area(scattering.pdf, squared, cos_theta);
+    return package_lightshed__1path_prefix_PrefixArrival(direction, density, throughput * package_lightshed__1path_vertex__1scattering_ratio(scattering));
+}
+
+fn package_lightshed__1path_prefix__1prefix_emitter(seed: vec2u, index: u32, vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, throughput: vec3f, weight: f32) -> vec3f {
+    let words = package_lightshed__1path_numbers__1emitter_words(seed, index);
+    let connection = package_lightshed__1path_vertex_connect(vertex, package_lightshed__1path_vertex__1sample_endpoint(words.xy, package_lightshed_uniform__1unit_square(words.zw)));
+    if !(connection.pdf > 0.0) {
+        return vec3f(0.0);
+    }
+    let scattering = package_lightshed__1path_vertex__1evaluate_vertex(vertex, wo, connection.direction);
+    let incident = connection.radiance / connection.pdf;
+    let omega = package_lightshed_measure__1power_heuristic(connection.pdf, scattering.pdf);
+    let light = throughput * scattering.value * incident * omega * weight;
+    if !package_lightshed__1path_shift_contributes(light) || package_lightshed_cwbvh_occluded(connection.ray) {
+        return vec3f(0.0);
+    }
+    return light;
+}
+
+fn package_lightshed__1path_prefix__1prefix_ends(ends: package_lightshed_connectability_Connectability, before: package_lightshed__1path_shift_Before, vertex: package_lightshed__1path_vertex_PathVertex) -> bool {
+    let position = vertex.point.position;
+    return before.some && package_lightshed_connectability_rough(ends, before.roughness) && package_lightshed_connectability_far(ends, position, position - before.position) && package_lightshed_connectability_rough(ends, package_lightshed__1path_vertex__1vertex_roughness(vertex, package_lightshed__1path_vertex__1ALL_LOBES));
+}
+
+fn package_lightshed__1path_prefix__1prefix_length(prefix: package_lightshed__1path_prefix_PrefixReservoir) -> u32 {
+    return prefix.about & 255u;
+}
+
+fn package_lightshed__1path_prefix__1prefix_met(before: package_lightshed__1path_vertex_PathVertex, vertex: package_lightshed__1path_vertex_PathVertex, lost: bool, direction: vec3f, total_pdf: f32, is_delta: bool, throughput: vec3f, weight: f32) -> vec3f {
+    var radiance: vec3f;
+    if lost {
+        radiance = package_lightshed_emitter__1surroundings_radiance(direction);
+    }
+    else {
+        radiance = package_lightshed__1path_vertex_emitted(vertex, direction);
+    }
+    if all(radiance == vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    var pdf = 0.0;
+    if !is_delta {
+        if lost {
+            pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+        }
+        else {
+            pdf = package_lightshed__1path_vertex__2vertex_emitter_pdf(before.point.position, vertex);
+        }
+    }
+    return throughput * radiance * package_lightshed__1path_shift__1scattering_weight(total_pdf, pdf) * weight;
+}
+
+fn package_lightshed__1path_prefix__1suffixes_behind(prefix: package_lightshed__1path_prefix_PrefixReservoir, max_length: u32, rules: package_lightshed_connectability_Connectability) -> package_lightshed__1path_shift_PathDomain {
+    let length = max_length - min(package_lightshed__1path_prefix__1prefix_length(prefix) - 1u, max_length);
+    return package_lightshed__1path_shift_PathDomain(package_lightshed__1path_vertex__1vertex_at(prefix.primitive, prefix.coordinates), prefix.wo, length, rules);
+}
+
+fn package_lightshed__1path_prefix__1trace_prefix(domain: package_lightshed__1path_prefix_PrefixDomain, seed: vec2u, least_length: u32, roulette_from: u32) -> package_lightshed__1path_prefix_TracedPrefix {
+    var found = package_lightshed__1path_prefix_TracedPrefix(package_lightshed__1path_prefix__1no_prefix(0.0), vec3f(0.0));
+    var vertex = domain.first;
+    var wo = domain.wo;
+    var throughput = vec3f(1.0);
+    var weight = 1.0;
+    for (var index = 1u; index < domain.max_length; index++) {
+        let length = index + 1u;
+        if length >= least_length {
+            found.light += package_lightshed__1path_prefix__1prefix_emitter(seed, index, vertex, wo, throughput, weight);
+        }
+        let numbers = package_lightshed__1path_numbers__1scatter_numbers(seed, index);
+        let sampled = package_lightshed__1path_vertex__2sample_vertex_lobe(vertex, wo, numbers.lobe, numbers.direction);
+        if !sampled.some {
+            break;
+        }
+        let throughput_before = throughput;
+        throughput *= package_lightshed__1path_vertex__1scattering_ratio(sampled.scattering);
+        if !package_lightshed__1path_shift_contributes(throughput) {
+            break;
+        }
+        if index >= roulette_from {
+            let survival = min(package_lightshed_vector__1max_element(throughput) * weight, package_lightshed__1path_prefix__1SURVIVAL_CAP);
+            if !(numbers.roulette < survival) {
+                break;
+            }
+            weight = weight / survival;
+        }
+        let before = vertex;
+        let wo_before = wo;
+        let left = package_lightshed__1path_shift_Before(true, before.point.position, package_lightshed__1path_vertex__1vertex_roughness(before, sampled.lobe));
+        let hit = package_lightshed_cwbvh_intersect(package_lightshed_surface_spawn(before.point, sampled.wi));
+        wo = -sampled.wi;
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        if !lost {
+            vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+        }
+        if length >= least_length {
+            found.light += package_lightshed__1path_prefix__1prefix_met(before, vertex, lost, sampled.wi, sampled.total_pdf, sampled.is_delta, throughput, weight);
+        }
+        if lost {
+            break;
+        }
+        if package_lightshed__1path_prefix__1prefix_ends(domain.ends, left, vertex) {
+            if length < domain.max_length {
+                found.prefix = package_lightshed__1path_prefix__1finished_prefix(seed, length, before, wo_before, throughput_before, vertex, sampled.lobe, weight);
+            }
+            break;
+        }
+    }
+    return found;
+}
+
+struct package_lightshed__1path_sample_PathReservoir {
+    seed: vec2u,
+    about: u32,
+    anchor_x: u32,
+    anchor_y: u32,
+    anchor_z: u32,
+    incident: u32,
+    weight: f32,
+    radiance: vec3f,
+    density: f32,
+    emitter_pdf: f32,
+    contribution_r: f32,
+    contribution_g: f32,
+    contribution_b: f32
+}
+
+struct package_lightshed__1path_sample_PathSample {
+    seed: vec2u,
+    shape: u32,
+    anchor_x: u32,
+    anchor_y: u32,
+    anchor_z: u32,
+    incident: vec2f,
+    radiance: vec3f,
+    density: f32,
+    emitter_pdf: f32,
+    contribution_r: f32,
+    contribution_g: f32,
+    contribution_b: f32
+}
+
+struct package_lightshed__1path_sample_PathShape {
+    length: u32,
+    reconnection: u32,
+    technique: u32,
+    anchor: u32,
+    lobe_before: u32,
+    lobe_at: u32
+}
+
+const package_lightshed__1path_sample__1ANCHOR_DIRECTION: u32 = 3u;
+
+const package_lightshed__1path_sample__1ANCHOR_EMITTER: u32 = 2u;
+
+const package_lightshed__1path_sample__1ANCHOR_NONE: u32 = 0u;
+
+const package_lightshed__1path_sample__1ANCHOR_VERTEX: u32 = 1u;
+
+const package_lightshed__1path_sample__1BY_EMITTER: u32 = 1u;
+
+const package_lightshed__1path_sample__1BY_SCATTERING: u32 = 0u;
+
+const package_lightshed__1path_sample__1MOST_CONFIDENCE: f32 = 127.0;
+
+fn package_lightshed__1path_sample__1anchor_coordinates(sample: package_lightshed__1path_sample_PathSample) -> vec2f {
+    return vec2f(bitcast<f32>(sample.anchor_y), bitcast<f32>(sample.anchor_z));
+}
+
+fn package_lightshed__1path_sample__1anchor_endpoint(sample: package_lightshed__1path_sample_PathSample, kind: u32) -> package_lightshed__1path_vertex_Endpoint {
+    if kind == package_lightshed__1path_sample__1ANCHOR_DIRECTION {
+        return package_lightshed__1path_vertex_Endpoint(vec3f(bitcast<f32>(sample.anchor_x), package_lightshed__1path_sample__1anchor_coordinates(sample)), package_lightshed_emitter_SURROUNDINGS);
+    }
+    return package_lightshed__1path_vertex_Endpoint(vec3f(package_lightshed__1path_sample__1anchor_coordinates(sample), 0.0), package_memory_scene__1load_triangle(sample.anchor_x).emitter);
+}
+
+fn package_lightshed__1path_sample__1confidence_bits(confidence: f32) -> u32 {
+    return u32(clamp(confidence, 0.0, package_lightshed__1path_sample__1MOST_CONFIDENCE)) << 25u;
+}
+
+fn package_lightshed__1path_sample__1contribution_of(sample: package_lightshed__1path_sample_PathSample) -> vec3f {
+    return vec3f(sample.contribution_r, sample.contribution_g, sample.contribution_b);
+}
+
+fn package_lightshed__1path_sample__1empty_reservoir(confidence: f32) -> package_lightshed__1path_sample_PathReservoir {
+    var reservoir = package_lightshed__1path_sample_PathReservoir();
+    reservoir.about = package_lightshed__1path_sample__1confidence_bits(confidence);
+    return reservoir;
+}
+
+fn package_lightshed__1path_sample__1incident_direction(incident: vec2f) -> vec3f {
+    return package_lightshed_octahedral__1octahedral_decode(incident);
+}
+
+fn package_lightshed__1path_sample__1pack_reservoir(sample: package_lightshed__1path_sample_PathSample, weight: f32, confidence: f32) -> package_lightshed__1path_sample_PathReservoir {
+    let shape = package_lightshed__1path_sample__1unpack_shape(sample.shape);
+    let about = shape.length | (shape.reconnection << 7u) | (shape.technique << 14u) | (shape.anchor << 15u) | (shape.lobe_before << 17u) | (shape.lobe_at << 21u);
+    let cell = vec2u(sample.incident * 65536.0);
+    return package_lightshed__1path_sample_PathReservoir(sample.seed, about | package_lightshed__1path_sample__1confidence_bits(confidence), sample.anchor_x, sample.anchor_y, sample.anchor_z, cell.x | (cell.y << 16u), weight, sample.radiance, sample.density, sample.emitter_pdf, sample.contribution_r, sample.contribution_g, sample.contribution_b);
+}
+
+fn package_lightshed__1path_sample__1pack_shape(shape: package_lightshed__1path_sample_PathShape) -> u32 {
+    return shape.length | (shape.reconnection << 8u) | (shape.technique << 16u) | (shape.anchor << 17u) | (shape.lobe_before << 20u) | (shape.lobe_at << 24u);
+}
+
+fn package_lightshed__1path_sample__1path_target(contribution: vec3f) -> f32 {
+    return package_lightshed_color_luminance(contribution);
+}
+
+fn package_lightshed__1path_sample__1reservoir_confidence(reservoir: package_lightshed__1path_sample_PathReservoir) -> f32 {
+    return f32(reservoir.about >> 25u);
+}
+
+fn package_lightshed__1path_sample__1stored_incident(direction: vec3f) -> vec2f {
+    let cell = min(floor(package_lightshed_octahedral__1octahedral_encode(direction) * 65536.0), vec2f(65535.0));
+    return (cell + 0.5) * 1.5258789e-5;
+}
+
+fn package_lightshed__1path_sample__1unpack_reservoir(reservoir: package_lightshed__1path_sample_PathReservoir) -> package_lightshed__1path_sample_PathSample {
+    let about = reservoir.about;
+    let shape = package_lightshed__1path_sample_PathShape(about & 127u, (about >> 7u) & 127u, (about >> 14u) & 1u, (about >> 15u) & 3u, (about >> 17u) & 15u, (about >> 21u) & 15u);
+    let cell = vec2f(vec2u(reservoir.incident & 65535u, reservoir.incident >> 16u));
+    return package_lightshed__1path_sample_PathSample(reservoir.seed, package_lightshed__1path_sample__1pack_shape(shape), reservoir.anchor_x, reservoir.anchor_y, reservoir.anchor_z, (cell + 0.5) * 1.5258789e-5, reservoir.radiance, reservoir.density, reservoir.emitter_pdf, reservoir.contribution_r, reservoir.contribution_g, reservoir.contribution_b);
+}
+
+fn package_lightshed__1path_sample__1unpack_shape(bits: u32) -> package_lightshed__1path_sample_PathShape {
+    return package_lightshed__1path_sample_PathShape(bits & 255u, (bits >> 8u) & 255u, (bits >> 16u) & 1u, (bits >> 17u) & 7u, (bits >> 20u) & 15u, (bits >> 24u) & 15u);
+}
+
+fn package_lightshed__1path_sample__1with_contribution(sample: package_lightshed__1path_sample_PathSample, contribution: vec3f) -> package_lightshed__1path_sample_PathSample {
+    var next = sample;
+    next.contribution_r = contribution.x;
+    next.contribution_g = contribution.y;
+    next.contribution_b = contribution.z;
+    return next;
+}
+
+struct package_lightshed__1path_shift_Before {
+    some: bool,
+    position: vec3f,
+    roughness: f32
+}
+
+const package_lightshed__1path_shift_DEFINED: u32 = 4294967295u;
+
+const package_lightshed__1path_shift_DEGENERATE: u32 = 5u;
+
+struct package_lightshed__1path_shift_EvaluatedPath {
+    contribution: vec3f,
+    density: f32,
+    outcome: u32,
+    ray: package_lightshed_ray_Ray
+}
+
+const package_lightshed__1path_shift_OCCLUDED: u32 = 4u;
+
+struct package_lightshed__1path_shift_PathDomain {
+    first: package_lightshed__1path_vertex_PathVertex,
+    wo: vec3f,
+    max_length: u32,
+    rules: package_lightshed_connectability_Connectability
+}
+
+struct package_lightshed__1path_shift_ShiftedPath {
+    contribution: vec3f,
+    density: f32,
+    outcome: u32
+}
+
+const package_lightshed__1path_shift__1MOST_JACOBIAN: f32 = 1e37;
+
+const package_lightshed__1path_shift__1NOT_CONNECTABLE: u32 = 1u;
+
+const package_lightshed__1path_shift__1NOT_INVERTIBLE: u32 = 2u;
+
+const package_lightshed__1path_shift__1OUTSIDE_DOMAIN: u32 = 0u;
+
+fn package_lightshed__1path_shift__1evaluate_path(x: package_lightshed__1path_sample_PathSample, to: package_lightshed__1path_shift_PathDomain) -> package_lightshed__1path_shift_EvaluatedPath {
+    let shape = package_lightshed__1path_sample__1unpack_shape(x.shape);
+    let rules = to.rules;
+    let anchored = shape.anchor != package_lightshed__1path_sample__1ANCHOR_NONE;
+    if shape.length > to.max_length {
+        return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+    }
+    let last = select(shape.length, shape.reconnection, anchored) - 1u;
+    if (anchored && !package_lightshed_connectability_reaches(rules, shape.reconnection)) || ((!anchored || last > 1u) && !package_lightshed_connectability_replays(rules)) {
+        return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_CONNECTABLE);
+    }
+    var vertex = to.first;
+    var wo = to.wo;
+    var throughput = vec3f(1.0);
+    var before = package_lightshed__1path_shift_Before(false, vec3f(0.0), 0.0);
+    let meets_emitter = !anchored && shape.technique == package_lightshed__1path_sample__1BY_SCATTERING;
+    let steps = select(last, last + 1u, meets_emitter);
+    for (var m = 1u; m < steps; m++) {
+        let numbers = package_lightshed__1path_numbers__1scatter_numbers(x.seed, m);
+        let sampled = package_lightshed__1path_vertex__2sample_vertex_lobe(vertex, wo, numbers.lobe, numbers.direction);
+        if !sampled.some {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+        }
+        let roughness = package_lightshed__1path_vertex__1vertex_roughness(vertex, sampled.lobe);
+        if package_lightshed__1path_shift_connectable(rules, before, vertex, m, roughness) {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_INVERTIBLE);
+        }
+        throughput *= package_lightshed__1path_vertex__1scattering_ratio(sampled.scattering);
+        if !package_lightshed__1path_shift_contributes(throughput) {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+        }
+        before = package_lightshed__1path_shift_Before(true, vertex.point.position, roughness);
+        wo = -sampled.wi;
+        let hit = package_lightshed_cwbvh_intersect(package_lightshed_surface_spawn(vertex.point, sampled.wi));
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        if m == last {
+            var radiance: vec3f;
+            var pdf: f32;
+            var is_far = true;
+            if lost {
+                radiance = package_lightshed_emitter__1surroundings_radiance(sampled.wi);
+                pdf = package_lightshed_emitter__1surroundings_pdf(sampled.wi);
+            }
+            else {
+                let met = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+                let position = met.point.position;
+                radiance = package_lightshed__1path_vertex_emitted(met, sampled.wi);
+                pdf = package_lightshed__1path_vertex__2vertex_emitter_pdf(before.position, met);
+                is_far = package_lightshed_connectability_far(rules, position, position - before.position);
+            }
+            if package_lightshed_connectability_reaches(rules, shape.length) && package_lightshed_connectability_rough(rules, roughness) && is_far {
+                return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_INVERTIBLE);
+            }
+            let omega = package_lightshed__1path_shift__1scattering_weight(sampled.total_pdf, select(pdf, 0.0, sampled.is_delta));
+            return package_lightshed__1path_shift_EvaluatedPath(throughput * radiance * omega, 1.0, package_lightshed__1path_shift_DEFINED, package_lightshed__1path_shift__1no_ray());
+        }
+        if lost {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+        }
+        vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+    }
+    let lobe = select(package_lightshed__1path_vertex__1ALL_LOBES, shape.lobe_before, anchored);
+    let roughness = package_lightshed__1path_vertex__1vertex_roughness(vertex, lobe);
+    let is_rough = package_lightshed_connectability_rough(rules, roughness);
+    if package_lightshed__1path_shift_connectable(rules, before, vertex, last, roughness) {
+        return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_INVERTIBLE);
+    }
+    if anchored && !is_rough {
+        return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_CONNECTABLE);
+    }
+    if shape.technique == package_lightshed__1path_sample__1BY_EMITTER && shape.anchor != package_lightshed__1path_sample__1ANCHOR_VERTEX {
+        var endpoint: package_lightshed__1path_vertex_Endpoint;
+        if anchored {
+            endpoint = package_lightshed__1path_sample__1anchor_endpoint(x, shape.anchor);
+        }
+        else {
+            let words = package_lightshed__1path_numbers__1emitter_words(x.seed, last);
+            endpoint = package_lightshed__1path_vertex__1sample_endpoint(words.xy, package_lightshed_uniform__1unit_square(words.zw));
+        }
+        if endpoint.emitter == package_lightshed_ray_NOTHING {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+        }
+        let is_far = package_lightshed__1path_shift__1far_enough(rules, vertex, endpoint);
+        if anchored && !is_far {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_CONNECTABLE);
+        }
+        if !anchored && package_lightshed_connectability_reaches(rules, shape.length) && is_rough && is_far {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_INVERTIBLE);
+        }
+        let connection = package_lightshed__1path_vertex_connect(vertex, endpoint);
+        if !(connection.pdf > 0.0) {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1OUTSIDE_DOMAIN);
+        }
+        let scattering = package_lightshed__1path_vertex__1evaluate_vertex(vertex, wo, connection.direction);
+        let omega = package_lightshed_measure__1power_heuristic(connection.pdf, scattering.pdf);
+        let incident = connection.radiance / connection.pdf;
+        let contribution = throughput * (scattering.value * incident * omega);
+        return package_lightshed__1path_shift_EvaluatedPath(contribution, select(1.0, connection.own_density, anchored), package_lightshed__1path_shift_DEFINED, connection.ray);
+    }
+    return package_lightshed__1path_shift_reconnect(x, to, shape, vertex, wo, throughput);
+}
+
+fn package_lightshed__1path_shift__1far_enough(rules: package_lightshed_connectability_Connectability, vertex: package_lightshed__1path_vertex_PathVertex, endpoint: package_lightshed__1path_vertex_Endpoint) -> bool {
+    if endpoint.emitter == package_lightshed_emitter_SURROUNDINGS {
+        return true;
+    }
+    let position = package_lightshed__1path_vertex__1endpoint_position(endpoint);
+    return package_lightshed_connectability_far(rules, position, position - vertex.point.position);
+}
+
+fn package_lightshed__1path_shift__1no_ray() -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u);
+}
+
+fn package_lightshed__1path_shift__1path_jacobian(base_density: f32, offset_density: f32) -> f32 {
+    let jacobian = offset_density / base_density;
+    if jacobian > 0.0 && max(jacobian, 1.0 / jacobian) <= package_lightshed__1path_shift__1MOST_JACOBIAN {
+        return jacobian;
+    }
+    return 0.0;
+}
+
+fn package_lightshed__1path_shift__1scattering_weight(scattering: f32, emitter: f32) -> f32 {
+    if emitter > 0.0 {
+        return package_lightshed_measure__1power_heuristic(scattering, emitter);
+    }
+    return 1.0;
+}
+
+fn package_lightshed__1path_shift__1shift_path(x: package_lightshed__1path_sample_PathSample, to: package_lightshed__1path_shift_PathDomain) -> package_lightshed__1path_shift_ShiftedPath {
+    let image = package_lightshed__1path_shift__1evaluate_path(x, to);
+    var outcome = image.outcome;
+    if outcome == package_lightshed__1path_shift_DEFINED {
+        if !(package_lightshed__1path_shift__1path_jacobian(x.density, image.density) > 0.0) {
+            outcome = package_lightshed__1path_shift_DEGENERATE;
+        }
+        else if !package_lightshed__1path_shift_contributes(image.contribution) {
+            outcome = package_lightshed__1path_shift__1OUTSIDE_DOMAIN;
+        }
+        else if image.ray.t_max > 0.0 && package_lightshed_cwbvh_occluded(image.ray) {
+            outcome = package_lightshed__1path_shift_OCCLUDED;
+        }
+    }
+    return package_lightshed__1path_shift_ShiftedPath(image.contribution, image.density, outcome);
+}
+
+fn package_lightshed__1path_shift__2anchor_endpoint_direction(x: package_lightshed__1path_sample_PathSample) -> vec3f {
+    return vec3f(bitcast<f32>(x.anchor_x), package_lightshed__1path_sample__1anchor_coordinates(x));
+}
+
+fn package_lightshed__1path_shift_connectable(rules: package_lightshed_connectability_Connectability, before: package_lightshed__1path_shift_Before, vertex: package_lightshed__1path_vertex_PathVertex, second: u32, roughness: f32) -> bool {
+    let position = vertex.point.position;
+    return before.some && package_lightshed_connectability_reaches(rules, second) && package_lightshed_connectability_rough(rules, before.roughness) && package_lightshed_connectability_rough(rules, roughness) && package_lightshed_connectability_far(rules, position, position - before.position);
+}
+
+fn package_lightshed__1path_shift_contributes(contribution: vec3f) -> bool {
+    return package_lightshed_vector__1max_element(contribution) > 0.0 && package_lightshed_vector__1is_finite(contribution.x) && package_lightshed_vector__1is_finite(contribution.y) && package_lightshed_vector__1is_finite(contribution.z);
+}
+
+fn package_lightshed__1path_shift_reconnect(x: package_lightshed__1path_sample_PathSample, to: package_lightshed__1path_shift_PathDomain, shape: package_lightshed__1path_sample_PathShape, vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, throughput: vec3f) -> package_lightshed__1path_shift_EvaluatedPath {
+    let rules = to.rules;
+    var kept = vertex;
+    var direction = package_lightshed__1path_shift__2anchor_endpoint_direction(x);
+    var squared = 0.0;
+    var cos_theta = 0.0;
+    var ray = package_lightshed_surface_spawn(vertex.point, direction);
+    if shape.anchor != package_lightshed__1path_sample__1ANCHOR_DIRECTION {
+        kept = package_lightshed__1path_vertex__1vertex_at(x.anchor_x, package_lightshed__1path_sample__1anchor_coordinates(x));
+        let position = kept.point.position;
+        let d = position - vertex.point.position;
+        squared = package_lightshed_vector_dot3(d, d);
+        if !package_lightshed_connectability_far(rules, position, d) {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_CONNECTABLE);
+        }
+        if shape.anchor == package_lightshed__1path_sample__1ANCHOR_VERTEX && !package_lightshed_connectability_rough(rules, package_lightshed__1path_vertex__1vertex_roughness(kept, shape.lobe_at)) {
+            return package_lightshed__1path_shift_undefined(package_lightshed__1path_shift__1NOT_CONNECTABLE);
+        }
+        let distance = sqrt(squared);
+        direction = d / distance;
+        cos_theta = package_lightshed_vector_dot3(kept.point.geometric_normal, d) / distance;
+        ray = package_lightshed__1path_vertex_segment(vertex, kept);
+    }
+    let towards = package_lightshed__1path_vertex__2evaluate_vertex_lobe(vertex, wo, direction, shape.lobe_before);
+    let arrived = throughput * package_lightshed__1path_vertex__1scattering_ratio(towards);
+    if shape.anchor != package_lightshed__1path_sample__1ANCHOR_VERTEX {
+        var radiance: vec3f;
+        var pdf: f32;
+        var density = towards.pdf;
+        if shape.anchor == package_lightshed__1path_sample__1ANCHOR_DIRECTION {
+            radiance = package_lightshed_emitter__1surroundings_radiance(direction);
+            pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+        }
+        else {
+            radiance = package_lightshed__1path_vertex_emitted(kept, direction);
+            pdf = package_lightshed__1path_vertex__2vertex_emitter_pdf(vertex.point.position, kept);
+            density = package_lightshed_measure__3solid_angle_to_area(towards.pdf, squared, cos_theta);
+        }
+        let omega = package_lightshed__1path_shift__1scattering_weight(package_lightshed__1path_vertex__1evaluate_vertex(vertex, wo, direction).pdf, pdf);
+        return package_lightshed__1path_shift_EvaluatedPath(arrived * radiance * omega, density, package_lightshed__1path_shift_DEFINED, ray);
+    }
+    let area = package_lightshed_measure__3solid_angle_to_area(towards.pdf, squared, cos_theta);
+    let incident = package_lightshed__1path_sample__1incident_direction(x.incident);
+    let all = package_lightshed__1path_vertex__1evaluate_vertex(kept, -direction, incident);
+    if shape.lobe_at == package_lightshed__1path_vertex__1ALL_LOBES {
+        let omega = select(1.0, package_lightshed_measure__1power_heuristic(x.emitter_pdf, all.pdf), x.emitter_pdf > 0.0);
+        return package_lightshed__1path_shift_EvaluatedPath(arrived * (all.value * x.radiance * omega), area, package_lightshed__1path_shift_DEFINED, ray);
+    }
+    let scattering = package_lightshed__1path_vertex__2evaluate_vertex_lobe(kept, -direction, incident, shape.lobe_at);
+    var omega = 1.0;
+    if shape.length == shape.reconnection + 1u {
+        omega = package_lightshed__1path_shift__1scattering_weight(all.pdf, x.emitter_pdf);
+    }
+    let here = package_lightshed__1path_vertex__1scattering_ratio(scattering) * x.radiance * omega;
+    return package_lightshed__1path_shift_EvaluatedPath(arrived * here, area * scattering.pdf, package_lightshed__1path_shift_DEFINED, ray);
+}
+
+fn package_lightshed__1path_shift_undefined(outcome: u32) -> package_lightshed__1path_shift_EvaluatedPath {
+    return package_lightshed__1path_shift_EvaluatedPath(vec3f(0.0), 0.0, outcome, package_lightshed__1path_shift__1no_ray());
+}
+
+struct package_lightshed__1path_vertex_Connection {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    own_density: f32,
+    ray: package_lightshed_ray_Ray
+}
+
+struct package_lightshed__1path_vertex_Endpoint {
+    place: vec3f,
+    emitter: u32
+}
+
+struct package_lightshed__1path_vertex_LobeDirection {
+    wi: vec3f,
+    lobe: u32,
+    scattering: package_lightshed_bsdf_BsdfValue,
+    total_pdf: f32,
+    is_delta: bool,
+    some: bool
+}
+
+struct package_lightshed__1path_vertex_PathVertex {
+    point: package_lightshed_surface_SurfacePoint,
+    primitive: u32,
+    coordinates: vec2f
+}
+
+const package_lightshed__1path_vertex__1ALL_LOBES: u32 = 15u;
+
+fn package_lightshed__1path_vertex__1endpoint_position(endpoint: package_lightshed__1path_vertex_Endpoint) -> vec3f {
+    return package_lightshed__1path_vertex__1vertex_at(package_memory_scene__2load_emitter_triangle(endpoint.emitter), endpoint.place.xy).point.position;
+}
+
+fn package_lightshed__1path_vertex__1evaluate_vertex(vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let shading = vertex.point.shading;
+    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, package_lightshed_frame__1to_local(shading, wo), package_lightshed_frame__1to_local(shading, wi));
+}
+
+fn package_lightshed__1path_vertex__1sample_endpoint(u_select: vec2u, u: vec2f) -> package_lightshed__1path_vertex_Endpoint {
+    let emitter = package_lightshed_emitter__1choose_emitter(u_select);
+    if emitter == package_lightshed_emitter_SURROUNDINGS {
+        let around = package_lightshed_emitter__1sample_around(u);
+        return package_lightshed__1path_vertex_Endpoint(around.direction, select(package_lightshed_ray_NOTHING, package_lightshed_emitter_SURROUNDINGS, around.pdf > 0.0));
+    }
+    return package_lightshed__1path_vertex_Endpoint(vec3f(package_lightshed_warp__1uniform_triangle(u).xy, 0.0), emitter);
+}
+
+fn package_lightshed__1path_vertex__1scattering_ratio(scattering: package_lightshed_bsdf_BsdfValue) -> vec3f {
+    if scattering.pdf > 0.0 {
+        return scattering.value / scattering.pdf;
+    }
+    return vec3f(0.0);
+}
+
+fn package_lightshed__1path_vertex__1vertex_at(primitive: u32, coordinates: vec2f) -> package_lightshed__1path_vertex_PathVertex {
+    let hit = package_lightshed_ray_Hit(0.0, primitive, coordinates);
+    return package_lightshed__1path_vertex_PathVertex(package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(primitive), hit), primitive, coordinates);
+}
+
+fn package_lightshed__1path_vertex__1vertex_roughness(vertex: package_lightshed__1path_vertex_PathVertex, lobe: u32) -> f32 {
+    if lobe == package_lightshed__1path_vertex__1ALL_LOBES {
+        return package_lightshed_bsdf__1max_roughness(vertex.point.material);
+    }
+    return package_lightshed_bsdf__1lobe_roughness(vertex.point.material, lobe);
+}
+
+fn package_lightshed__1path_vertex__2evaluate_vertex_lobe(vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, wi: vec3f, lobe: u32) -> package_lightshed_bsdf_BsdfValue {
+    let shading = vertex.point.shading;
+    return package_lightshed_bsdf__2evaluate_bsdf_lobe(vertex.point.material, lobe, package_lightshed_frame__1to_local(shading, wo), package_lightshed_frame__1to_local(shading, wi));
+}
+
+fn package_lightshed__1path_vertex__2sample_vertex_lobe(vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed__1path_vertex_LobeDirection {
+    let shading = vertex.point.shading;
+    let local = package_lightshed_frame__1to_local(shading, wo);
+    let found = package_lightshed_bsdf__1sample_bsdf(vertex.point.material, local, u_lobe, u);
+    var scattering = package_lightshed_bsdf_BsdfValue(found.weight, 1.0);
+    if found.some && !found.is_delta {
+        scattering = package_lightshed_bsdf__2evaluate_bsdf_lobe(vertex.point.material, found.lobe, local, found.wi);
+        if package_lightshed_bsdf__1is_alone(vertex.point.material) {
+            scattering = package_lightshed_bsdf_BsdfValue(found.weight * found.pdf, found.pdf);
+        }
+    }
+    let wi = package_lightshed_frame__1to_world(shading, found.wi);
+    return package_lightshed__1path_vertex_LobeDirection(wi, found.lobe, scattering, found.pdf, found.is_delta, found.some);
+}
+
+fn package_lightshed__1path_vertex__2vertex_emitter_pdf(site: vec3f, vertex: package_lightshed__1path_vertex_PathVertex) -> f32 {
+    if vertex.point.emitter == package_lightshed_ray_NOTHING {
+        return 0.0;
+    }
+    return package_lightshed_emitter__1emitter_pdf(vertex.point.emitter, site, vertex.point.position);
+}
+
+fn package_lightshed__1path_vertex_connect(vertex: package_lightshed__1path_vertex_PathVertex, endpoint: package_lightshed__1path_vertex_Endpoint) -> package_lightshed__1path_vertex_Connection {
+    var connection = package_lightshed__1path_vertex_Connection(vec3f(0.0), 0.0, vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u));
+    if endpoint.emitter == package_lightshed_ray_NOTHING {
+        return connection;
+    }
+    var light = package_lightshed_emitter_EmitterSample(endpoint.place, 1.0, vec3f(0.0), false, vec3f(0.0));
+    if endpoint.emitter == package_lightshed_emitter_SURROUNDINGS {
+        let pdf = package_lightshed_emitter__1surroundings_pdf(endpoint.place);
+        connection.pdf = pdf;
+        connection.own_density = pdf;
+        connection.radiance = package_lightshed_emitter__1surroundings_radiance(endpoint.place);
+    }
+    else {
+        let emitter = package_memory_scene__1load_emitter(endpoint.emitter);
+        let aim = package_lightshed_emitter__1aim_at(emitter, vertex.point.position, endpoint.place.xy);
+        let per_endpoint = aim.cos_theta / aim.distance_squared;
+        let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, aim.distance_squared, aim.cos_theta);
+        let usable = per_endpoint > 0.0 && package_lightshed_vector__1is_finite(per_endpoint) && pdf > 0.0 && emitter.pdf_area > 0.0;
+        if !(aim.cos_theta > 0.0) || !usable {
+            return connection;
+        }
+        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
+        connection.pdf = pdf;
+        connection.own_density = emitter.pdf_area;
+        connection.radiance = package_lightshed_emitter__1emitter_radiance(emitter);
+    }
+    connection.direction = light.direction;
+    connection.ray = package_lightshed_emitter__1shadow_ray(vertex.point, light);
+    return connection;
+}
+
+fn package_lightshed__1path_vertex_emitted(vertex: package_lightshed__1path_vertex_PathVertex, incoming: vec3f) -> vec3f {
+    if vertex.point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(incoming, vertex.point.geometric_normal) < 0.0 {
+        return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(vertex.point.emitter));
+    }
+    return vec3f(0.0);
+}
+
+fn package_lightshed__1path_vertex_segment(start: package_lightshed__1path_vertex_PathVertex, end: package_lightshed__1path_vertex_PathVertex) -> package_lightshed_ray_Ray {
+    let d = end.point.position - start.point.position;
+    let origin = package_lightshed_surface__1origin_towards(start.point, d);
+    return package_lightshed_ray_Ray(origin, 1.0, package_lightshed_surface__1origin_towards(end.point, -d) - origin, 0u);
+}
+
+struct package_lightshed__1path_walk_Arrival {
+    walk: package_lightshed__1path_walk_Walk,
+    candidate: package_lightshed__1path_walk_PathCandidate
+}
+
+struct package_lightshed__1path_walk_Onward {
+    walk: package_lightshed__1path_walk_Walk,
+    some: bool,
+    ray: package_lightshed_ray_Ray,
+    direction: vec3f
+}
+
+struct package_lightshed__1path_walk_PathCandidate {
+    sample: package_lightshed__1path_sample_PathSample,
+    some: bool,
+    ray: package_lightshed_ray_Ray
+}
+
+struct package_lightshed__1path_walk_Walk {
+    seed: vec2u,
+    index: u32,
+    is_suffix: bool,
+    found: package_lightshed__1path_sample_PathSample,
+    found_shape: package_lightshed__1path_sample_PathShape,
+    found_total_pdf: f32,
+    throughput: vec3f,
+    suffix_throughput: vec3f,
+    importance: f32,
+    weight: f32,
+    wo: vec3f,
+    departed: bool,
+    before: package_lightshed__1path_vertex_PathVertex,
+    before_wo: vec3f,
+    before_throughput: vec3f,
+    lobe: u32,
+    roughness: f32,
+    pdf: f32,
+    total_pdf: f32,
+    is_delta: bool,
+    has_pair: bool,
+    pair_direction: vec3f,
+    pair_density_area: f32,
+    pair_throughput: vec3f
+}
+
+const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
+
+fn package_lightshed__1path_walk__1no_candidate() -> package_lightshed__1path_walk_PathCandidate {
+    return package_lightshed__1path_walk_PathCandidate(package_lightshed__1path_sample_PathSample(), false, package_lightshed__1path_shift__1no_ray());
+}
+
+fn package_lightshed__1path_walk__1suffix_candidate(walk: package_lightshed__1path_walk_Walk, length: u32, technique: u32, radiance: vec3f, omega: f32, pdf: f32, ray: package_lightshed_ray_Ray) -> package_lightshed__1path_walk_PathCandidate {
+    var sample = walk.found;
+    var shape = walk.found_shape;
+    shape.length = length;
+    shape.technique = technique;
+    sample.shape = package_lightshed__1path_sample__1pack_shape(shape);
+    sample.radiance = radiance;
+    sample.emitter_pdf = pdf;
+    return package_lightshed__1path_walk_candidate(sample, walk.throughput * radiance * omega, ray);
+}
+
+fn package_lightshed__1path_walk__1through_vertex(walk: package_lightshed__1path_walk_Walk, vertex: package_lightshed__1path_vertex_PathVertex, incident: vec2f, density: f32) -> package_lightshed__1path_sample_PathSample {
+    var sample = package_lightshed__1path_sample_PathSample();
+    sample.seed = walk.seed;
+    sample.anchor_x = vertex.primitive;
+    sample.anchor_y = bitcast<u32>(vertex.coordinates.x);
+    sample.anchor_z = bitcast<u32>(vertex.coordinates.y);
+    sample.incident = incident;
+    sample.density = density;
+    return sample;
+}
+
+fn package_lightshed__1path_walk__1walk_arrive(at: package_lightshed__1path_walk_Walk, rules: package_lightshed_connectability_Connectability, lost: bool, vertex: package_lightshed__1path_vertex_PathVertex) -> package_lightshed__1path_walk_Arrival {
+    var walk = at;
+    let direction = -walk.wo;
+    let d = vertex.point.position - walk.before.point.position;
+    if !walk.is_suffix && !lost && package_lightshed_connectability_reaches(rules, walk.index) && package_lightshed_connectability_rough(rules, walk.roughness) && package_lightshed_connectability_far(rules, vertex.point.position, d) {
+        let squared = package_lightshed_vector_dot3(d, d);
+        let distance = sqrt(squared);
+        walk.has_pair = true;
+        walk.pair_direction = d / distance;
+        let scattering = package_lightshed__1path_vertex__2evaluate_vertex_lobe(walk.before, walk.before_wo, walk.pair_direction, walk.lobe);
+        let cos_theta = package_lightshed_vector_dot3(vertex.point.geometric_normal, d) / distance;
+        walk.pair_density_area = package_lightshed_measure__3solid_angle_to_area(scattering.pdf, squared, cos_theta);
+        walk.pair_throughput = walk.before_throughput * package_lightshed__1path_vertex__1scattering_ratio(scattering);
+    }
+    var radiance: vec3f;
+    if lost {
+        radiance = package_lightshed_emitter__1surroundings_radiance(direction);
+    }
+    else {
+        radiance = package_lightshed__1path_vertex_emitted(vertex, direction);
+    }
+    if all(radiance == vec3f(0.0)) {
+        return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk__1no_candidate());
+    }
+    var pdf = 0.0;
+    if !walk.is_delta {
+        if lost {
+            pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+        }
+        else {
+            pdf = package_lightshed__1path_vertex__2vertex_emitter_pdf(walk.before.point.position, vertex);
+        }
+    }
+    let length = walk.index;
+    let omega = package_lightshed__1path_shift__1scattering_weight(walk.total_pdf, pdf);
+    if walk.is_suffix {
+        if length == walk.found_shape.reconnection + 1u {
+            return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk__1suffix_candidate(walk, length, package_lightshed__1path_sample__1BY_SCATTERING, radiance, omega, pdf, package_lightshed__1path_shift__1no_ray()));
+        }
+        let arriving = walk.suffix_throughput * radiance * omega;
+        return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk__1suffix_candidate(walk, length, package_lightshed__1path_sample__1BY_SCATTERING, arriving, 1.0, 0.0, package_lightshed__1path_shift__1no_ray()));
+    }
+    if walk.has_pair {
+        let total = package_lightshed__1path_vertex__1evaluate_vertex(walk.before, walk.before_wo, walk.pair_direction).pdf;
+        let place = vec3f(vertex.coordinates, 0.0);
+        let sample = package_lightshed__1path_walk_ending(walk, length, package_lightshed__1path_sample__1BY_SCATTERING, package_lightshed__1path_sample__1ANCHOR_EMITTER, place, vertex.primitive, walk.lobe, walk.pair_density_area);
+        let contribution = walk.pair_throughput * radiance * package_lightshed__1path_shift__1scattering_weight(total, pdf);
+        return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk_candidate(sample, contribution, package_lightshed__1path_shift__1no_ray()));
+    }
+    let contribution = walk.throughput * radiance * omega;
+    if lost && package_lightshed_connectability_reaches(rules, length) && package_lightshed_connectability_rough(rules, walk.roughness) {
+        let sample = package_lightshed__1path_walk_ending(walk, length, package_lightshed__1path_sample__1BY_SCATTERING, package_lightshed__1path_sample__1ANCHOR_DIRECTION, direction, 0u, walk.lobe, walk.pdf);
+        return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk_candidate(sample, contribution, package_lightshed__1path_shift__1no_ray()));
+    }
+    return package_lightshed__1path_walk_Arrival(walk, package_lightshed__1path_walk_candidate(package_lightshed__1path_walk_replayed(walk, length, package_lightshed__1path_sample__1BY_SCATTERING), contribution, package_lightshed__1path_shift__1no_ray()));
+}
+
+fn package_lightshed__1path_walk__1walk_from(first: package_lightshed__1path_vertex_PathVertex, wo: vec3f, seed: vec2u) -> package_lightshed__1path_walk_Walk {
+    var walk = package_lightshed__1path_walk_Walk();
+    walk.seed = seed;
+    walk.index = 1u;
+    walk.throughput = vec3f(1.0);
+    walk.suffix_throughput = vec3f(1.0);
+    walk.weight = 1.0;
+    walk.wo = wo;
+    walk.before = first;
+    return walk;
+}
+
+fn package_lightshed__1path_walk__1walk_onward(at: package_lightshed__1path_walk_Walk, rules: package_lightshed_connectability_Connectability, vertex: package_lightshed__1path_vertex_PathVertex, numbers: package_lightshed__1path_numbers_ScatterNumbers, roulette_from: u32) -> package_lightshed__1path_walk_Onward {
+    var walk = at;
+    let wo = walk.wo;
+    let sampled = package_lightshed__1path_vertex__2sample_vertex_lobe(vertex, wo, numbers.lobe, numbers.direction);
+    let ended = package_lightshed__1path_walk_Onward(at, false, package_lightshed__1path_shift__1no_ray(), vec3f(0.0));
+    if !sampled.some {
+        return ended;
+    }
+    var direction = sampled.wi;
+    var scattering = sampled.scattering;
+    let roughness = package_lightshed__1path_vertex__1vertex_roughness(vertex, sampled.lobe);
+    let throughput = walk.throughput;
+    let finds = !walk.is_suffix && walk.has_pair && package_lightshed_connectability_rough(rules, roughness);
+    if finds {
+        walk.throughput = walk.pair_throughput;
+        let incident = package_lightshed__1path_sample__1stored_incident(direction);
+        direction = package_lightshed__1path_sample__1incident_direction(incident);
+        scattering = package_lightshed__1path_vertex__2evaluate_vertex_lobe(vertex, -walk.pair_direction, direction, sampled.lobe);
+        walk.found_total_pdf = package_lightshed__1path_vertex__1evaluate_vertex(vertex, -walk.pair_direction, direction).pdf;
+        walk.found = package_lightshed__1path_walk__1through_vertex(walk, vertex, incident, walk.pair_density_area * scattering.pdf);
+        walk.found_shape = package_lightshed__1path_sample_PathShape(0u, walk.index, 0u, package_lightshed__1path_sample__1ANCHOR_VERTEX, walk.lobe, sampled.lobe);
+    }
+    let weight = package_lightshed__1path_vertex__1scattering_ratio(scattering);
+    var survives = true;
+    if walk.is_suffix {
+        walk.suffix_throughput *= weight;
+        survives = package_lightshed__1path_shift_contributes(walk.suffix_throughput);
+    }
+    else {
+        walk.throughput *= weight;
+        survives = package_lightshed__1path_shift_contributes(walk.throughput);
+    }
+    if !survives {
+        return ended;
+    }
+    if walk.index >= roulette_from {
+        var worth = package_lightshed_vector__1max_element(walk.throughput) * walk.weight;
+        if walk.is_suffix {
+            worth = package_lightshed_vector__1max_element(walk.suffix_throughput) * walk.importance;
+        }
+        let survival = min(worth, package_lightshed__1path_walk__1SURVIVAL_CAP);
+        if !(numbers.roulette < survival) {
+            return ended;
+        }
+        if walk.is_suffix {
+            walk.suffix_throughput = walk.suffix_throughput / survival;
+        }
+        else {
+            walk.weight = walk.weight / survival;
+        }
+    }
+    walk.index++;
+    walk.wo = -direction;
+    walk.departed = true;
+    walk.before = vertex;
+    walk.before_wo = wo;
+    walk.before_throughput = throughput;
+    walk.lobe = sampled.lobe;
+    walk.roughness = roughness;
+    walk.pdf = scattering.pdf;
+    walk.total_pdf = select(sampled.total_pdf, walk.found_total_pdf, finds);
+    walk.is_delta = sampled.is_delta;
+    walk.has_pair = false;
+    if finds {
+        walk.is_suffix = true;
+        walk.importance = package_lightshed_vector__1max_element(walk.throughput) * walk.weight;
+    }
+    return package_lightshed__1path_walk_Onward(walk, true, package_lightshed_surface_spawn(vertex.point, direction), direction);
+}
+
+fn package_lightshed__1path_walk__2walk_to_emitter(walk: package_lightshed__1path_walk_Walk, rules: package_lightshed_connectability_Connectability, vertex: package_lightshed__1path_vertex_PathVertex) -> package_lightshed__1path_walk_PathCandidate {
+    let words = package_lightshed__1path_numbers__1emitter_words(walk.seed, walk.index);
+    let endpoint = package_lightshed__1path_vertex__1sample_endpoint(words.xy, package_lightshed_uniform__1unit_square(words.zw));
+    let connection = package_lightshed__1path_vertex_connect(vertex, endpoint);
+    if !(connection.pdf > 0.0) {
+        return package_lightshed__1path_walk__1no_candidate();
+    }
+    let length = walk.index + 1u;
+    let wo = walk.wo;
+    let direction = connection.direction;
+    let scattering = package_lightshed__1path_vertex__1evaluate_vertex(vertex, wo, direction);
+    if all(scattering.value == vec3f(0.0)) {
+        return package_lightshed__1path_walk__1no_candidate();
+    }
+    let incident = connection.radiance / connection.pdf;
+    let here = scattering.value * incident * package_lightshed_measure__1power_heuristic(connection.pdf, scattering.pdf);
+    if walk.is_suffix {
+        let radiance = walk.suffix_throughput * here;
+        return package_lightshed__1path_walk__1suffix_candidate(walk, length, package_lightshed__1path_sample__1BY_EMITTER, radiance, 1.0, 0.0, connection.ray);
+    }
+    let is_rough = package_lightshed_connectability_rough(rules, package_lightshed__1path_vertex__1vertex_roughness(vertex, package_lightshed__1path_vertex__1ALL_LOBES));
+    if walk.has_pair && is_rough {
+        let packed = package_lightshed__1path_sample__1stored_incident(direction);
+        var sample = package_lightshed__1path_walk__1through_vertex(walk, vertex, packed, walk.pair_density_area);
+        sample.shape = package_lightshed__1path_sample__1pack_shape(package_lightshed__1path_sample_PathShape(length, walk.index, package_lightshed__1path_sample__1BY_EMITTER, package_lightshed__1path_sample__1ANCHOR_VERTEX, walk.lobe, package_lightshed__1path_vertex__1ALL_LOBES));
+        sample.radiance = incident;
+        sample.emitter_pdf = connection.pdf;
+        let seen = package_lightshed__1path_vertex__1evaluate_vertex(vertex, -walk.pair_direction, package_lightshed__1path_sample__1incident_direction(packed));
+        let value = seen.value * incident * package_lightshed_measure__1power_heuristic(connection.pdf, seen.pdf);
+        return package_lightshed__1path_walk_candidate(sample, walk.pair_throughput * value, connection.ray);
+    }
+    if package_lightshed_connectability_reaches(rules, length) && is_rough && package_lightshed__1path_shift__1far_enough(rules, vertex, endpoint) {
+        var anchor = package_lightshed__1path_sample__1ANCHOR_DIRECTION;
+        var primitive = 0u;
+        if endpoint.emitter != package_lightshed_emitter_SURROUNDINGS {
+            anchor = package_lightshed__1path_sample__1ANCHOR_EMITTER;
+            primitive = package_memory_scene__2load_emitter_triangle(endpoint.emitter);
+        }
+        let sample = package_lightshed__1path_walk_ending(walk, length, package_lightshed__1path_sample__1BY_EMITTER, anchor, endpoint.place, primitive, package_lightshed__1path_vertex__1ALL_LOBES, connection.own_density);
+        return package_lightshed__1path_walk_candidate(sample, walk.throughput * here, connection.ray);
+    }
+    return package_lightshed__1path_walk_candidate(package_lightshed__1path_walk_replayed(walk, length, package_lightshed__1path_sample__1BY_EMITTER), walk.throughput * here, connection.ray);
+}
+
+fn package_lightshed__1path_walk_candidate(sample: package_lightshed__1path_sample_PathSample, contribution: vec3f, ray: package_lightshed_ray_Ray) -> package_lightshed__1path_walk_PathCandidate {
+    return package_lightshed__1path_walk_PathCandidate(package_lightshed__1path_sample__1with_contribution(sample, contribution), package_lightshed__1path_shift_contributes(contribution), ray);
+}
+
+fn package_lightshed__1path_walk_ending(walk: package_lightshed__1path_walk_Walk, length: u32, technique: u32, anchor: u32, place: vec3f, primitive: u32, lobe: u32, density: f32) -> package_lightshed__1path_sample_PathSample {
+    var sample = package_lightshed__1path_sample_PathSample();
+    sample.seed = walk.seed;
+    sample.shape = package_lightshed__1path_sample__1pack_shape(package_lightshed__1path_sample_PathShape(length, length, technique, anchor, lobe, 0u));
+    if anchor == package_lightshed__1path_sample__1ANCHOR_DIRECTION {
+        sample.anchor_x = bitcast<u32>(place.x);
+        sample.anchor_y = bitcast<u32>(place.y);
+        sample.anchor_z = bitcast<u32>(place.z);
+    }
+    else {
+        sample.anchor_x = primitive;
+        sample.anchor_y = bitcast<u32>(place.x);
+        sample.anchor_z = bitcast<u32>(place.y);
+    }
+    sample.density = density;
+    return sample;
+}
+
+fn package_lightshed__1path_walk_replayed(walk: package_lightshed__1path_walk_Walk, length: u32, technique: u32) -> package_lightshed__1path_sample_PathSample {
+    var sample = package_lightshed__1path_sample_PathSample();
+    sample.seed = walk.seed;
+    sample.shape = package_lightshed__1path_sample__1pack_shape(package_lightshed__1path_sample_PathShape(length, length + 1u, technique, package_lightshed__1path_sample__1ANCHOR_NONE, 0u, 0u));
+    sample.density = 1.0;
+    return sample;
+}
+
+struct package_lightshed_alias_AliasEntry {
+    threshold: u32,
+    alias_index: u32
+}
+
+fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(length, u.x);
+    let high = package_lightshed_wide__1wide_product(length, u.y);
+    let coin = high.x + low.y;
+    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
+}
+
+fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
+    let route = package_lightshed_alias__1alias_route(length, u);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
+    return select(entry.alias_index, route.x, route.y < entry.threshold);
+}
+
+struct package_lightshed_bsdf_BsdfSample {
+    wi: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    is_delta: bool,
+    some: bool,
+    lobe: u32,
+    eta: f32
+}
+
+struct package_lightshed_bsdf_BsdfValue {
+    value: vec3f,
+    pdf: f32
+}
+
+struct package_lightshed_bsdf_Component {
+    kind: u32,
+    side: u32,
+    weight: f32,
+    importance: f32,
+    color: vec3f,
+    alpha_u: f32,
+    eta: vec3f,
+    alpha_v: f32,
+    k: vec3f,
+    texture: u32
+}
+
+const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
+
+struct package_lightshed_bsdf_DeltaDraw {
+    wi: vec3f,
+    value: vec3f,
+    eta: f32,
+    some: bool
+}
+
+struct package_lightshed_bsdf_LobePlace {
+    row: u32,
+    lobe: u32,
+    some: bool
+}
+
+const package_lightshed_bsdf_MIRROR: u32 = 1u;
+
+const package_lightshed_bsdf_PLASTIC: u32 = 7u;
+
+const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
+
+const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
+
+const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
+
+const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
+
+const package_lightshed_bsdf__1THIN_DIELECTRIC: u32 = 6u;
+
+fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component) -> package_lightshed_coat_RoughCoat {
+    return package_lightshed_coat_RoughCoat(vec2f(component.alpha_u, component.alpha_v), component.eta.x, u32(component.eta.z));
+}
+
+fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
+        component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
+        if rows.y > 1u {
+            component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
+        }
+    }
+    return component;
+}
+
+fn package_lightshed_bsdf__1component_roughness(component: package_lightshed_bsdf_Component, lobe: u32) -> f32 {
+    if component.kind == package_lightshed_bsdf_DIFFUSE || (package_lightshed_bsdf__1is_plastic(component) && lobe == 1u) {
+        return 1.0;
+    }
+    if package_lightshed_bsdf__1is_delta(component) || component.kind == package_lightshed_bsdf_PLASTIC {
+        return 0.0;
+    }
+    return min(min(component.alpha_u, component.alpha_v), 1.0);
+}
+
+fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_memory_scene__1load_material(material.index);
+    let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        if mirror == 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_warp__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(first.color * density, density);
+    }
+    let total = package_lightshed_bsdf__1total_importance(material, wo);
+    var sum = package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
+            continue;
+        }
+        let above = package_lightshed_bsdf_mirrored(wo, mirror);
+        let share = package_lightshed_bsdf__1share_of(component.importance, total);
+        let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, above, mirror < 0.0);
+        let lobes = package_lightshed_bsdf__1lobe_count(component);
+        for (var lobe = 0u; lobe < lobes; lobe++) {
+            let found = package_lightshed_bsdf__1evaluate_component(component, lobe, above, package_lightshed_bsdf_mirrored(wi, mirror), mirror < 0.0);
+            sum.value += found.value * component.weight;
+            sum.pdf += found.pdf * share * select(probabilities.x, probabilities.y, lobe == 1u);
+        }
+    }
+    return sum;
+}
+
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, lobe: u32, wo: vec3f, wi: vec3f, inside: bool) -> package_lightshed_bsdf_BsdfValue {
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        let eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+        if lobe == 0u {
+            let found = package_lightshed_dielectric__1boundary_reflection(alpha, wo, wi, eta);
+            return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+        }
+        let found = package_lightshed_dielectric__1boundary_refraction(alpha, wo, wi, eta);
+        return package_lightshed_bsdf_BsdfValue(component.k * found.x, found.y);
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if wi.z <= 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        if lobe == 1u {
+            let pdf = wi.z * package_lightshed_warp__1INVERSE_PI;
+            var passed: f32;
+            if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+                passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
+            }
+            else {
+                passed = (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wo, false)) * (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wi, false));
+            }
+            return package_lightshed_bsdf_BsdfValue(component.k * (passed * pdf), pdf);
+        }
+        if component.kind == package_lightshed_bsdf_PLASTIC {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let found = package_lightshed_coat__1coat_reflection(package_lightshed_bsdf__1coat_of(component), wo, wi);
+        return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+    }
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        let pdf = max(wi.z, 0.0) * package_lightshed_warp__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
+    }
+    if wi.z <= 0.0 {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
+    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
+}
+
+fn package_lightshed_bsdf__1is_alone(material: package_lightshed_material_MaterialAt) -> bool {
+    let rows = package_memory_scene__1load_material(material.index);
+    return rows.y == 1u && package_lightshed_bsdf__1lobe_count(package_memory_scene__1load_component(rows.x)) == 1u;
+}
+
+fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR || component.kind == package_lightshed_bsdf__1SMOOTH_DIELECTRIC || component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+}
+
+fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
+    return select(1u, 2u, package_lightshed_bsdf__1is_dielectric(component) || package_lightshed_bsdf__1is_plastic(component));
+}
+
+fn package_lightshed_bsdf__1lobe_probabilities(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> vec2f {
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        var reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        if component.kind == package_lightshed_bsdf__1GGX_DIELECTRIC {
+            reflectance = clamp(reflectance, 0.1, 0.9);
+        }
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * package_lightshed_vector__1max_element(component.k));
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+            let transmitted = clamp(package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z), 0.05, 0.95);
+            return package_lightshed_dielectric__1two_way((1.0 - transmitted) * package_lightshed_vector__1max_element(component.color), transmitted * component.eta.y);
+        }
+        let reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * component.eta.y);
+    }
+    return vec2f(1.0, 0.0);
+}
+
+fn package_lightshed_bsdf__1lobe_roughness(material: package_lightshed_material_MaterialAt, lobe: u32) -> f32 {
+    let rows = package_memory_scene__1load_material(material.index);
+    let place = package_lightshed_bsdf__2place_of_lobe(rows, lobe);
+    if !place.some {
+        return 0.0;
+    }
+    return package_lightshed_bsdf__1component_roughness(package_memory_scene__1load_component(rows.x + place.row), place.lobe);
+}
+
+fn package_lightshed_bsdf__1max_roughness(material: package_lightshed_material_MaterialAt) -> f32 {
+    let rows = package_memory_scene__1load_material(material.index);
+    var widest = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_memory_scene__1load_component(rows.x + i);
+        widest = max(widest, package_lightshed_bsdf__1component_roughness(component, package_lightshed_bsdf__1lobe_count(component) - 1u));
+    }
+    return widest;
+}
+
+fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
+    if wo.z > 0.0 && side != 1u {
+        return 1.0;
+    }
+    if wo.z < 0.0 && side != 0u {
+        return -1.0;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
+    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
+    let rows = package_memory_scene__1load_material(material.index);
+    let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        let wi = package_lightshed_warp__1cosine_hemisphere(u);
+        if mirror == 0.0 || !(wi.z > 0.0) {
+            return none;
+        }
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_warp__1INVERSE_PI, first.color, false, true, 0u, 1.0);
+    }
+    let total = package_lightshed_bsdf__1total_importance(material, wo);
+    var cumulative = 0.0;
+    var probability = 0.0;
+    var chosen = 0u;
+    var chosen_lobe = 0u;
+    var chosen_number = 0u;
+    var number = 0u;
+    for (var i = 0u; i < rows.y && !(u_lobe < cumulative); i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        let lobes = package_lightshed_bsdf__1lobe_count(component);
+        if mirror != 0.0 {
+            let share = package_lightshed_bsdf__1share_of(component.importance, total);
+            let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, package_lightshed_bsdf_mirrored(wo, mirror), mirror < 0.0);
+            for (var lobe = 0u; lobe < lobes; lobe++) {
+                let part = share * select(probabilities.x, probabilities.y, lobe == 1u);
+                if part <= 0.0 {
+                    continue;
+                }
+                cumulative += part;
+                probability = part;
+                chosen = i;
+                chosen_lobe = lobe;
+                chosen_number = number + lobe;
+                if u_lobe < cumulative {
+                    break;
+                }
+            }
+        }
+        number += lobes;
+    }
+    if probability == 0.0 {
+        return none;
+    }
+    let component = package_lightshed_bsdf__1component_at(material, rows, chosen);
+    let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+    let inside = mirror < 0.0;
+    let above = package_lightshed_bsdf_mirrored(wo, mirror);
+    if package_lightshed_bsdf__1is_delta(component) || (component.kind == package_lightshed_bsdf_PLASTIC && chosen_lobe == 0u) {
+        let drawn = package_lightshed_bsdf__1sample_delta(component, chosen_lobe, above, inside);
+        let weight = drawn.value * (component.weight / probability);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(drawn.wi, mirror), 0.0, weight, true, drawn.some, chosen_number, drawn.eta);
+    }
+    var wi: vec3f;
+    var eta = 1.0;
+    if component.kind == package_lightshed_bsdf_DIFFUSE || (package_lightshed_bsdf__1is_plastic(component) && chosen_lobe == 1u) {
+        wi = package_lightshed_warp__1cosine_hemisphere(u);
+    }
+    else {
+        let normal = package_lightshed_ggx__2ggx_visible_normal(vec2f(component.alpha_u, component.alpha_v), above, u);
+        if package_lightshed_bsdf__1is_dielectric(component) && chosen_lobe == 1u {
+            eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+            wi = package_lightshed_dielectric__1refracted_direction(above, normal, eta);
+            if !(wi.z < 0.0) {
+                return none;
+            }
+        }
+        else {
+            wi = 2.0 * package_lightshed_vector_dot3(above, normal) * normal - above;
+            if !(wi.z > 0.0) {
+                return none;
+            }
+        }
+    }
+    wi = package_lightshed_bsdf_mirrored(wi, mirror);
+    let found = package_lightshed_bsdf__1evaluate_bsdf(material, wo, wi);
+    if !(found.pdf > 0.0) {
+        return none;
+    }
+    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true, chosen_number, eta);
+}
+
+fn package_lightshed_bsdf__1sample_delta(component: package_lightshed_bsdf_Component, lobe: u32, above: vec3f, inside: bool) -> package_lightshed_bsdf_DeltaDraw {
+    let reflected = vec3f(-above.xy, above.z);
+    if package_lightshed_bsdf__1is_dielectric(component) || package_lightshed_bsdf__1is_plastic(component) {
+        let reflectance = package_lightshed_bsdf__1smooth_reflectance(component, above, inside);
+        if lobe == 0u {
+            return package_lightshed_bsdf_DeltaDraw(reflected, component.color * reflectance, 1.0, true);
+        }
+        if component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC {
+            return package_lightshed_bsdf_DeltaDraw(-above, component.k * (1.0 - reflectance), 1.0, true);
+        }
+        let eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+        let cos_transmitted = package_lightshed_fresnel__1fresnel_dielectric(min(above.z, 1.0), eta).y;
+        let wi = vec3f(-above.x / eta, -above.y / eta, -cos_transmitted);
+        let value = component.k * ((1.0 - reflectance) / (eta * eta));
+        return package_lightshed_bsdf_DeltaDraw(package_lightshed_vector_unit3(wi), value, eta, cos_transmitted > 0.0);
+    }
+    var value = component.color;
+    if component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR {
+        value = component.color * package_lightshed_fresnel__1fresnel_conductor(above.z, component.eta, component.k);
+    }
+    return package_lightshed_bsdf_DeltaDraw(reflected, value, 1.0, true);
+}
+
+fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
+    if total > 0.0 {
+        return importance / total;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> f32 {
+    let eta = select(component.eta.x, package_lightshed_dielectric__1relative_eta(component.eta.x, inside), component.kind <= package_lightshed_bsdf__1GGX_DIELECTRIC);
+    let face = package_lightshed_fresnel__1fresnel_dielectric(min(wo.z, 1.0), eta).x;
+    if component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC {
+        return 2.0 * face / (1.0 + face);
+    }
+    return face;
+}
+
+fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
+    let rows = package_memory_scene__1load_material(material.index);
+    var total = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
+            total += component.importance;
+        }
+    }
+    return total;
+}
+
+fn package_lightshed_bsdf__2evaluate_bsdf_lobe(material: package_lightshed_material_MaterialAt, lobe: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_memory_scene__1load_material(material.index);
+    let place = package_lightshed_bsdf__2place_of_lobe(rows, lobe);
+    if !place.some {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let component = package_lightshed_bsdf__1component_at(material, rows, place.row);
+    let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+    if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let above = package_lightshed_bsdf_mirrored(wo, mirror);
+    let found = package_lightshed_bsdf__1evaluate_component(component, place.lobe, above, package_lightshed_bsdf_mirrored(wi, mirror), mirror < 0.0);
+    let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, above, mirror < 0.0);
+    let share = package_lightshed_bsdf__1share_of(component.importance, package_lightshed_bsdf__1total_importance(material, wo));
+    let probability = share * select(probabilities.x, probabilities.y, place.lobe == 1u);
+    return package_lightshed_bsdf_BsdfValue(found.value * component.weight, found.pdf * probability);
+}
+
+fn package_lightshed_bsdf__2place_of_lobe(rows: vec2u, lobe: u32) -> package_lightshed_bsdf_LobePlace {
+    if !(package_memory_scene__1has_dielectrics() || package_memory_scene__1has_plastics()) {
+        return package_lightshed_bsdf_LobePlace(lobe, 0u, lobe < rows.y);
+    }
+    var left = lobe;
+    for (var i = 0u; i < rows.y; i++) {
+        let count = package_lightshed_bsdf__1lobe_count(package_memory_scene__1load_component(rows.x + i));
+        if left < count {
+            return package_lightshed_bsdf_LobePlace(i, left, true);
+        }
+        left -= count;
+    }
+    return package_lightshed_bsdf_LobePlace(0u, 0u, false);
+}
+
+fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
+    return vec3f(v.xy, v.z * mirror);
+}
+
+struct package_lightshed_camera_Camera {
+    x_axis: vec3f,
+    aperture_radius: f32,
+    y_axis: vec3f,
+    focus_distance: f32,
+    z_axis: vec3f,
+    near_clip: f32,
+    position: vec3f,
+    far_clip: f32,
+    corner: vec2f,
+    pixel: vec2f,
+    size: vec2u,
+    padding: vec2u
+}
+
+fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
+    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
+    var origin = vec3f(0.0);
+    var direction = through;
+    if camera.aperture_radius > 0.0 {
+        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
+        direction = through * camera.focus_distance - origin;
+    }
+    direction = direction / package_lightshed_vector_length3(direction);
+    let along_axis = direction.z;
+    let scaled = package_lightshed_camera_turned(camera, direction);
+    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
+    let length = package_lightshed_vector_length3(scaled);
+    let world_direction = scaled / length;
+    let near = camera.near_clip / along_axis * length;
+    let far = camera.far_clip / along_axis * length;
+    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
+}
+
+fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
+    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_coat_RoughCoat {
+    alpha: vec2f,
+    eta: f32,
+    table: u32
+}
+
+const package_lightshed_coat__1COAT_STEPS: u32 = 138u;
+
+fn package_lightshed_coat__1coat_reflection(coat: package_lightshed_coat_RoughCoat, wo: vec3f, wi: vec3f) -> vec2f {
+    return package_lightshed_dielectric__1boundary_reflection(coat.alpha, wo, wi, coat.eta);
+}
+
+fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_RoughCoat, cos_theta: f32) -> f32 {
+    let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
+    let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
+    let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
+}
+
+struct package_lightshed_connectability_Connectability {
+    min_roughness: f32,
+    min_distance: f32,
+    reach: u32,
+    padding: u32
+}
+
+const package_lightshed_connectability_RESOLVED: f32 = 0.00390625;
+
+const package_lightshed_connectability__1REACH_ANY: u32 = 2u;
+
+const package_lightshed_connectability__1REACH_FIRST: u32 = 1u;
+
+fn package_lightshed_connectability_far(rules: package_lightshed_connectability_Connectability, position: vec3f, offset: vec3f) -> bool {
+    let resolved = package_lightshed_vector__1max_element(abs(position)) * package_lightshed_connectability_RESOLVED;
+    let least = max(rules.min_distance, resolved);
+    let squared = package_lightshed_vector_dot3(offset, offset);
+    return squared >= least * least && squared > 0.0;
+}
+
+fn package_lightshed_connectability_reaches(rules: package_lightshed_connectability_Connectability, second: u32) -> bool {
+    return rules.reach == package_lightshed_connectability__1REACH_ANY || (rules.reach == package_lightshed_connectability__1REACH_FIRST && second == 2u);
+}
+
+fn package_lightshed_connectability_replays(rules: package_lightshed_connectability_Connectability) -> bool {
+    return rules.reach != package_lightshed_connectability__1REACH_FIRST;
+}
+
+fn package_lightshed_connectability_rough(rules: package_lightshed_connectability_Connectability, roughness: f32) -> bool {
+    return roughness >= rules.min_roughness;
+}
+
+struct package_lightshed_cwbvh_BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    backwards: vec3<bool>,
+    octant: u32
+}
+
+struct package_lightshed_cwbvh_CwbvhNode {
+    corner: vec3f,
+    exponents_and_inner: u32,
+    child_base: u32,
+    primitive_base: u32,
+    meta_low: u32,
+    meta_high: u32,
+    x: vec4u,
+    y: vec4u,
+    z: vec4u
+}
+
+struct package_lightshed_cwbvh_TriangleCorners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
+
+const package_lightshed_cwbvh__1LARGEST_INVERSE: f32 = 3e38;
+
+fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
+    let largest = vec3f(package_lightshed_cwbvh__1LARGEST_INVERSE);
+    let inverse = clamp(1.0 / ray.direction, -largest, largest);
+    let backwards = (bitcast<vec3u>(ray.direction) >> vec3u(31u)) == vec3u(1u);
+    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
+    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
+}
+
+fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
+    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
+}
+
+fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
+    let exponents = node.exponents_and_inner;
+    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
+    let inner = exponents >> 24u;
+    var hits = 0u;
+    for (var child = 0u; child < 8u; child++) {
+        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
+        if about == 0u {
+            continue;
+        }
+        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
+        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
+        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
+        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
+        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
+        let near = max(max(x.x, y.x), max(z.x, 0.0));
+        let far = min(min(x.y, y.y), min(z.y, t_max));
+        if near <= far * 1.0000005 {
+            if ((inner >> child) & 1u) == 1u {
+                hits |= 1u << (24u + (child ^ ray.octant));
+            }
+            else {
+                hits |= (about >> 5u) << (about & 31u);
+            }
+        }
+    }
+    return hits;
+}
+
+fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false, false);
+}
+
+fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
+    return package_lightshed_cwbvh_traverse(ray, true, false).primitive != package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
+    let bottom = low - abs(low) * 2.4e-7;
+    let top = high + abs(high) * 2.4e-7;
+    if abs(inverse) >= package_lightshed_cwbvh__1LARGEST_INVERSE {
+        return select(vec2f(1.0, -1.0), vec2f(-package_lightshed_cwbvh__1LARGEST_INVERSE, package_lightshed_cwbvh__1LARGEST_INVERSE), bottom <= origin && origin <= top);
+    }
+    let planes = select(vec2f(bottom, top), vec2f(top, bottom), backwards);
+    return (planes - origin) * inverse;
+}
+
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, opaque: bool) -> package_lightshed_ray_Hit {
+    let boxes = package_lightshed_cwbvh__1box_ray(ray);
+    let triangles = package_lightshed_triangle__1triangle_ray(ray);
+    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    var stack: array<vec2u, 32>;
+    var depth = 0u;
+    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
+    loop {
+        if group.y >= 16777216u {
+            let bit = firstLeadingBit(group.y);
+            group.y &= ~(1u << bit);
+            let slot = (bit - 24u) ^ boxes.octant;
+            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
+            let index = group.x + before;
+            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
+                stack[depth] = group;
+                depth++;
+            }
+            let node = package_memory_scene__2load_cwbvh_node(index);
+            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
+            var primitives = hits & 16777215u;
+            while (primitives != 0u) {
+                let offset = firstTrailingBit(primitives);
+                primitives &= primitives - 1u;
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
+                    continue;
+                }
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
+                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
+                if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
+                    best = hit;
+                    if any {
+                        return best;
+                    }
+                }
+            }
+            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
+        }
+        else if depth > 0u {
+            depth--;
+            group = stack[depth];
+        }
+        else {
+            break;
+        }
+    }
+    return best;
+}
+
+fn package_lightshed_dielectric__1boundary_reflection(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z <= 0.0 {
+        return vec2f(0.0);
+    }
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(clamp(facing, 0.0, 1.0), eta).x;
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    return vec2f(reflectance * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1boundary_refraction(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z >= 0.0 {
+        return vec2f(0.0);
+    }
+    let unnormalised = wo + eta * wi;
+    var half = package_lightshed_vector__1normalized_or(unnormalised, vec3f(0.0));
+    half = select(half, -half, half.z < 0.0);
+    let cos_o = package_lightshed_vector_dot3(wo, half);
+    let cos_i = package_lightshed_vector_dot3(wi, half);
+    if !(cos_o > 0.0 && cos_i < 0.0) {
+        return vec2f(0.0);
+    }
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(min(cos_o, 1.0), eta).x;
+    let jacobian = eta * eta * -cos_i / package_lightshed_vector_dot3(unnormalised, unnormalised);
+    let pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) * jacobian;
+    let transmitted = (1.0 - reflectance) / (eta * eta);
+    return vec2f(transmitted * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1refracted_direction(wo: vec3f, normal: vec3f, eta: f32) -> vec3f {
+    let cos_o = clamp(package_lightshed_vector_dot3(wo, normal), 0.0, 1.0);
+    let cos_transmitted = package_lightshed_fresnel__1fresnel_dielectric(cos_o, eta).y;
+    if cos_transmitted <= 0.0 {
+        return vec3f(0.0, 0.0, 1.0);
+    }
+    return package_lightshed_vector_unit3((cos_o / eta - cos_transmitted) * normal - wo / eta);
+}
+
+fn package_lightshed_dielectric__1relative_eta(eta: f32, inside: bool) -> f32 {
+    return select(eta, 1.0 / eta, inside);
+}
+
+fn package_lightshed_dielectric__1two_way(a: f32, b: f32) -> vec2f {
+    let sum = a + b;
+    if sum > 0.0 {
+        let first = a / sum;
+        return vec2f(first, 1.0 - first);
+    }
+    return vec2f(0.0);
+}
+
+struct package_lightshed_emitter_Aim {
+    direction: vec3f,
+    distance_squared: f32,
+    cos_theta: f32,
+    goal: vec3f
+}
+
+struct package_lightshed_emitter_Around {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f
+}
+
+struct package_lightshed_emitter_Emitter {
+    corner: vec3f,
+    pdf_area: f32,
+    edge0: vec3f,
+    radiance_r: f32,
+    edge1: vec3f,
+    radiance_g: f32,
+    normal: vec3f,
+    radiance_b: f32
+}
+
+struct package_lightshed_emitter_EmitterGroups {
+    surroundings: vec3f,
+    groups: u32,
+    triangles: u32,
+    finite: u32,
+    first_direction: u32,
+    directions: u32
+}
+
+struct package_lightshed_emitter_EmitterSample {
+    direction: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    finite: bool,
+    goal: vec3f
+}
+
+const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
+
+const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return package_lightshed_emitter_Aim(vec3f(0.0), 0.0, 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(distance_squared);
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_Aim(d / distance, distance_squared, facing / distance, goal);
+}
+
+fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
+    let about = package_memory_scene__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    if about.finite > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
+    }
+    if package_memory_scene__2has_delta_emitters() {
+        let direction = group - select(0u, 1u, about.finite > 0u);
+        if direction < about.directions {
+            return about.first_direction + direction;
+        }
+    }
+    return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
+}
+
+fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
+    let emitter = package_memory_scene__1load_emitter(index);
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
+    return package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, cos_theta);
+}
+
+fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
+    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+}
+
+fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
+    if package_memory_scene__1has_sky() {
+        let drawn = package_lightshed_sky__1sky_sample(u);
+        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
+    }
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_warp__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
+}
+
+fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
+    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
+    if light.finite {
+        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
+}
+
+fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
+    if package_memory_scene__1has_sky() {
+        return package_lightshed_sky__1sky_pdf(direction);
+    }
+    return package_lightshed_warp__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
+}
+
+fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
+    if package_memory_scene__1has_sky() {
+        return package_lightshed_sky__1sky_radiance(direction);
+    }
+    return package_memory_scene__1emitter_groups().surroundings;
+}
+
+const package_lightshed_float__1F32_MAX: f32 = 3.4028235e38;
+
+struct package_lightshed_frame_Frame {
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f
+}
+
+fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
+}
+
+fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
+}
+
+fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
+    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
+}
+
+const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+
+fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
+    let c2 = cos_incident * cos_incident;
+    let s2 = max(1.0 - c2, 0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = sqrt(t * t + 4.0 * eta2_k2);
+    let larger = 0.5 * (modulus + abs(t));
+    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
+    let positive = t >= vec3f(0.0);
+    let a = sqrt(select(smaller, larger, positive));
+    let b2 = select(larger, smaller, positive);
+    let less = a - cos_incident;
+    let more = a + cos_incident;
+    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    let below = a * cos_incident - s2;
+    let above = a * cos_incident + s2;
+    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    return 0.5 * senkrecht * (1.0 + ratio);
+}
+
+fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -> vec2f {
+    if eta == 1.0 {
+        return vec2f(0.0, cos_incident);
+    }
+    var radicand: f32;
+    if eta > 0.5 {
+        radicand = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    }
+    else {
+        radicand = eta * eta - (1.0 - cos_incident) * (1.0 + cos_incident);
+    }
+    if radicand <= 0.0 {
+        return vec2f(1.0, 0.0);
+    }
+    let cos_transmitted = min(sqrt(radicand) / eta, 1.0);
+    let senkrecht = (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
+    let parallel = (eta * cos_incident - cos_transmitted) / (eta * cos_incident + cos_transmitted);
+    return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
+}
+
+fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
+    let z = abs(direction.z);
+    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
+    if length > 0.0 {
+        return 2.0 * z / (z + length);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
+    if !(normal.z > 0.0) {
+        return 0.0;
+    }
+    let xy = normal.xy / alpha;
+    let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
+    return package_lightshed_warp__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+}
+
+fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
+    let z_axis = vec3f(0.0, 0.0, 1.0);
+    let seen = package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, vec3f(view.xy, max(view.z, 0.0))), z_axis);
+    let above = u.y * (1.0 + seen.z);
+    let sum_z = max(1.0 - u.y, 5.9604645e-8) * (1.0 + seen.z);
+    let one_minus_z = (seen.x * seen.x + seen.y * seen.y) / (1.0 + seen.z);
+    let sin_theta = sqrt(above * (sum_z + one_minus_z));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.x);
+    let half = vec3f(sin_theta * turn.y + seen.x, sin_theta * turn.x + seen.y, sum_z);
+    return package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, half), z_axis);
+}
+
+fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
+    let above = vec3f(view.xy, max(view.z, 0.0));
+    let denominator = above.z + package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, above));
+    let facing = package_lightshed_vector_dot3(above, normal);
+    if facing > 0.0 && denominator > 0.0 {
+        return 2.0 * facing * package_lightshed_ggx__2ggx_normal_density(alpha, normal) / denominator;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
+    return vec3f(alpha * direction.xy, direction.z);
+}
+
+struct package_lightshed_material_MaterialAt {
+    index: u32,
+    uv: vec2f
+}
+
+fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
+    if !(a > 0.0) {
+        return 0.0;
+    }
+    let ratio = b / a;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
+    let cosine = abs(cos_theta);
+    if cosine > 0.0 {
+        return min(pdf_area * distance_squared / cosine, package_lightshed_float__1F32_MAX);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_measure__3solid_angle_to_area(pdf_solid_angle: f32, distance_squared: f32, cos_theta: f32) -> f32 {
+    if distance_squared > 0.0 {
+        return min(pdf_solid_angle * abs(cos_theta) / distance_squared, package_lightshed_float__1F32_MAX);
+    }
+    return 0.0;
+}
+
+struct package_lightshed_merge_MergeImage {
+    p_hat: f32,
+    jacobian: f32
+}
+
+struct package_lightshed_merge_MergeInput {
+    confidence: f32,
+    weight: f32,
+    p_hat: f32
+}
+
+struct package_lightshed_merge_Merged {
+    weight: f32,
+    confidence: f32
+}
+
+struct package_lightshed_merge_Merging {
+    selection: package_lightshed_reservoir_Selection,
+    p_hat: f32
+}
+
+fn package_lightshed_merge__1is_defined(image: package_lightshed_merge_MergeImage) -> bool {
+    return image.jacobian > 0.0 && image.p_hat > 0.0;
+}
+
+fn package_lightshed_merge__1merge_balance(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    var merging = package_lightshed_merge__1nothing_merged();
+    var confidence = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let input = package_reuse__1merge_input(i);
+        confidence += input.confidence;
+        if !(input.weight > 0.0 && input.confidence > 0.0) {
+            continue;
+        }
+        var image = package_lightshed_merge_MergeImage(input.p_hat, 1.0);
+        var own = input.p_hat;
+        var total = 0.0;
+        for (var j = 0u; j < count; j++) {
+            var density = own;
+            if j != i {
+                let there = package_reuse__1merge_shift(i, j);
+                density = there.p_hat * there.jacobian;
+                if j == 0u {
+                    image = there;
+                    if !package_lightshed_merge__1is_defined(image) {
+                        break;
+                    }
+                    own = input.p_hat / image.jacobian;
+                    density = image.p_hat;
+                }
+            }
+            total += package_reuse__1merge_input(j).confidence * density;
+        }
+        if package_lightshed_merge__1is_defined(image) {
+            merging = package_lightshed_merge__1merged_with(merging, i, package_lightshed_mis__1balance_weight(input.confidence, own, total), input.weight, image);
+        }
+    }
+    return package_lightshed_merge__1merge_finished(merging, confidence, cap);
+}
+
+fn package_lightshed_merge__1merge_finished(merging: package_lightshed_merge_Merging, confidence: f32, cap: f32) -> package_lightshed_merge_Merged {
+    return package_lightshed_merge_Merged(package_lightshed_reservoir__1contribution_weight(merging.selection, merging.p_hat), min(confidence, cap));
+}
+
+fn package_lightshed_merge__1merge_pairwise(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    let canonical = package_reuse__1merge_input(0u);
+    var neighbours = 0.0;
+    for (var i = 1u; i < count; i++) {
+        neighbours += package_reuse__1merge_input(i).confidence;
+    }
+    let pairwise = package_lightshed_mis__1pairwise_defensive(canonical.confidence, neighbours);
+    var merging = package_lightshed_merge__1nothing_merged();
+    var kept = 0.0;
+    for (var k = 2u; k < 2u * count; k++) {
+        let i = k / 2u;
+        let outward = k % 2u == 0u;
+        let input = package_reuse__1merge_input(i);
+        var image = package_lightshed_merge_MergeImage(0.0, 0.0);
+        if select(input.weight, canonical.weight, outward) > 0.0 && input.confidence > 0.0 {
+            image = package_reuse__1merge_shift(select(i, 0u, outward), select(0u, i, outward));
+        }
+        if outward {
+            kept += package_lightshed_mis__1pairwise_kept(pairwise, input.confidence, canonical.p_hat, image.p_hat * image.jacobian);
+        }
+        else if package_lightshed_merge__1is_defined(image) {
+            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, input.confidence, image.p_hat, input.p_hat / image.jacobian);
+            merging = package_lightshed_merge__1merged_with(merging, i, m, input.weight, image);
+        }
+    }
+    if canonical.weight > 0.0 {
+        let m = package_lightshed_mis__1pairwise_canonical(pairwise, canonical.confidence, kept);
+        merging = package_lightshed_merge__1merged_with(merging, 0u, m, canonical.weight, package_lightshed_merge_MergeImage(canonical.p_hat, 1.0));
+    }
+    return package_lightshed_merge__1merge_finished(merging, canonical.confidence + neighbours, cap);
+}
+
+fn package_lightshed_merge__1merged_with(so_far: package_lightshed_merge_Merging, i: u32, m: f32, weight: f32, image: package_lightshed_merge_MergeImage) -> package_lightshed_merge_Merging {
+    package_reuse__1merge_visit(i, m * weight * image.jacobian);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, i, m * image.p_hat * weight * image.jacobian, package_reuse__1merge_number(i));
+    if !offered.accepted {
+        return package_lightshed_merge_Merging(offered.selection, so_far.p_hat);
+    }
+    package_reuse__1merge_keep(i);
+    return package_lightshed_merge_Merging(offered.selection, image.p_hat);
+}
+
+fn package_lightshed_merge__1nothing_merged() -> package_lightshed_merge_Merging {
+    return package_lightshed_merge_Merging(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 0.0);
+}
+
+struct package_lightshed_mis_Pairwise {
+    alpha: f32,
+    kappa: f32,
+    canonical_confidence: f32,
+    neighbour_confidence: f32
+}
+
+fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
+    return package_lightshed_mis_share(confidence * density, total);
+}
+
+fn package_lightshed_mis__1pairwise_canonical(pairwise: package_lightshed_mis_Pairwise, confidence: f32, kept: f32) -> f32 {
+    return package_lightshed_mis_share(confidence, pairwise.canonical_confidence) * ((1.0 - pairwise.kappa) + pairwise.kappa * kept);
+}
+
+fn package_lightshed_mis__1pairwise_defensive(canonical: f32, neighbours: f32) -> package_lightshed_mis_Pairwise {
+    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_float__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
+}
+
+fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
+    let theirs = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
+    var fraction = 1.0;
+    if theirs > 0.0 {
+        fraction = package_lightshed_mis_share(p, p + theirs);
+    }
+    return package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * fraction;
+}
+
+fn package_lightshed_mis__1pairwise_neighbour(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
+    let mine = min(pairwise.alpha * q, package_lightshed_float__1F32_MAX);
+    return pairwise.kappa * package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * package_lightshed_mis_share(mine, p + mine);
+}
+
+fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
+    if part > 0.0 {
+        return min(part / min(total, package_lightshed_float__1F32_MAX), 1.0);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_octahedral__1octahedral_decode(uv: vec2f) -> vec3f {
+    return package_lightshed_vector_unit3(package_lightshed_octahedral_lift(clamp(uv, vec2f(0.0), vec2f(1.0)) * 2.0 - 1.0));
+}
+
+fn package_lightshed_octahedral__1octahedral_encode(direction: vec3f) -> vec2f {
+    return package_lightshed_octahedral_project(direction) * 0.5 + 0.5;
+}
+
+fn package_lightshed_octahedral_fold(xy: vec2f) -> vec2f {
+    return vec2f((1.0 - abs(xy.y)) * package_lightshed_vector__1sign_of(xy.x), (1.0 - abs(xy.x)) * package_lightshed_vector__1sign_of(xy.y));
+}
+
+fn package_lightshed_octahedral_lift(xy: vec2f) -> vec3f {
+    let z = 1.0 - abs(xy.x) - abs(xy.y);
+    if z < 0.0 {
+        return vec3f(package_lightshed_octahedral_fold(xy), z);
+    }
+    return vec3f(xy, z);
+}
+
+fn package_lightshed_octahedral_project(direction: vec3f) -> vec2f {
+    let norm = abs(direction.x) + abs(direction.y) + abs(direction.z);
+    if !(norm > 0.0) {
+        return vec2f(0.0);
+    }
+    let xy = clamp(direction.xy / norm, vec2f(-1.0), vec2f(1.0));
+    if direction.z < 0.0 {
+        return package_lightshed_octahedral_fold(xy);
+    }
+    return xy;
+}
+
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
+struct package_lightshed_ray_Ray {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    padding: u32
+}
+
+const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
+
+struct package_lightshed_reservoir_Offered {
+    selection: package_lightshed_reservoir_Selection,
+    accepted: bool
+}
+
+struct package_lightshed_reservoir_Selection {
+    item: u32,
+    tag: u32,
+    weight_sum: f32,
+    weight_sum_low: f32
+}
+
+const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
+
+const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
+
+fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshed_reservoir_Selection, target_value: f32) -> f32 {
+    if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
+        return 0.0;
+    }
+    return min(selection.weight_sum / target_value, package_lightshed_float__1F32_MAX);
+}
+
+fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
+    if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
+        return package_lightshed_reservoir_Offered(selection, false);
+    }
+    let sum = min(selection.weight_sum + weight, package_lightshed_float__1F32_MAX);
+    var lost: f32;
+    if selection.weight_sum >= weight {
+        lost = (selection.weight_sum - sum) + weight;
+    }
+    else {
+        lost = (weight - sum) + selection.weight_sum;
+    }
+    let low = min(selection.weight_sum_low + lost, package_lightshed_float__1F32_MAX);
+    let total = min(sum + low, package_lightshed_float__1F32_MAX);
+    var next = selection;
+    next.weight_sum_low = low - (total - sum);
+    next.weight_sum = total;
+    let accepted = u * next.weight_sum < weight || weight >= next.weight_sum;
+    if accepted {
+        next.item = item;
+        next.tag = package_lightshed_reservoir__1TAG_SAMPLE;
+    }
+    return package_lightshed_reservoir_Offered(next, accepted);
+}
+
+const package_lightshed_rng_PARITY: u32 = 466688986u;
+
+fn package_lightshed_rng__1random_block(seed: vec2u, pixel: u32, sample: u32, block: u32) -> vec4u {
+    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 0u, 0u, 0u), vec4u(seed, pixel, sample));
+}
+
+fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
+    return (x << by) | (x >> (vec2u(32u) - by));
+}
+
+fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
+    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
+    var x = counter + key;
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.y, key.z, key.w, parity + 1u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
+    x += vec4u(key.z, key.w, parity, key.x + 2u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.w, parity, key.x, key.y + 3u);
+    return x;
+}
+
+fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
+    let sum_even = x.xz + x.yw;
+    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
+    let sum_odd = sum_even + mixed_even.yx;
+    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
+    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
+}
+
+struct package_lightshed_sky_Owner {
+    index: u32,
+    words: f32,
+    fraction: f32
+}
+
+struct package_lightshed_sky_Sky {
+    x_axis: vec3f,
+    scale: f32,
+    y_axis: vec3f,
+    last_row: u32,
+    z_axis: vec3f,
+    padding: u32,
+    size: vec2u,
+    more_padding: vec2u
+}
+
+struct package_lightshed_sky_SkyCell {
+    cell: vec2u,
+    fraction: vec2f
+}
+
+struct package_lightshed_sky_SkySample {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    cell: vec2u
+}
+
+fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
+    return cells.y + row * cells.x;
+}
+
+fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
+}
+
+fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
+    var base = 0u;
+    var size = last + 1u;
+    while (size > 1u) {
+        let half = size / 2u;
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
+        size -= half;
+    }
+    let words = package_lightshed_sky_owned(first, last, base);
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
+}
+
+fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let scaled = uv * vec2f(cells);
+    let cell = min(vec2u(scaled), cells - 1u);
+    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
+}
+
+fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
+    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
+}
+
+fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
+    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
+    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
+    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
+    return vec2f(u - floor(u), v);
+}
+
+fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
+    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
+    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
+    return select(0.0, density, sin_theta > 0.0);
+}
+
+fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
+    let image = package_memory_scene_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
+    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
+    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
+    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
+    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
+}
+
+fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
+    let image = package_memory_scene_sky();
+    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
+}
+
+fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
+    let image = package_memory_scene_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
+    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
+    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
+    let cell = vec2u(column.index, row.index);
+    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
+    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
+    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
+    let turn = uv.x + 0.5 / f32(image.size.x);
+    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
+    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
+    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
+    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
+    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
+}
+
+fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
+}
+
+const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
+
+const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
+
+fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
+    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
+    let below = min(place.cell.y + 1u, image.size.y - 1u);
+    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
+    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
+    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
+    let d = package_lightshed_sky__1sky_texel(image, right, below);
+    let above = a + (b - a) * place.fraction.x;
+    let under = c + (d - c) * place.fraction.x;
+    return (above + (under - above) * place.fraction.y) * image.scale;
+}
+
+fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
+    if index > last {
+        return 0.0;
+    }
+    let start = package_memory_scene__2load_sky_word(first + index);
+    if index == last {
+        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
+    }
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
+}
+
+struct package_lightshed_surface_CornerNormals {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+struct package_lightshed_surface_CornerUvs {
+    a: vec2f,
+    b: vec2f,
+    c: vec2f
+}
+
+struct package_lightshed_surface_SurfacePoint {
+    position: vec3f,
+    offset: f32,
+    geometric_normal: vec3f,
+    material: package_lightshed_material_MaterialAt,
+    shading: package_lightshed_frame_Frame,
+    emitter: u32
+}
+
+struct package_lightshed_surface_Triangle {
+    a: vec3f,
+    b_x: f32,
+    b_yz: vec2f,
+    c_xy: vec2f,
+    c_z: f32,
+    normal_x: f32,
+    normal_yz: vec2f,
+    material: u32,
+    emitter: u32,
+    normals: u32,
+    uvs: u32
+}
+
+const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+
+fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
+    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+}
+
+fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
+    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+}
+
+fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
+}
+
+fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    let a = triangle.a;
+    let b = vec3f(triangle.b_x, triangle.b_yz);
+    let c = vec3f(triangle.c_xy, triangle.c_z);
+    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
+    let v = hit.barycentric.x;
+    let w = hit.barycentric.y;
+    let u = max(1.0 - v - w, 0.0);
+    let term_a = a * u;
+    let term_b = b * v;
+    let term_c = c * w;
+    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
+    var shading_normal = normal;
+    if triangle.normals != package_lightshed_ray_NOTHING {
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
+        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
+    }
+    var uv = vec2f(v, w);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
+        uv = uvs.a * u + uvs.b * v + uvs.c * w;
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+fn package_lightshed_surface_spawn(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(package_lightshed_surface__1origin_towards(point, direction), package_lightshed_ray__1NO_END, direction, 0u);
+}
+
+const package_lightshed_texture_CHECKERBOARD: u32 = 2u;
+
+const package_lightshed_texture_MIRRORED: u32 = 1u;
+
+const package_lightshed_texture_NEAREST: u32 = 1u;
+
+struct package_lightshed_texture_Neighbours {
+    first: u32,
+    second: u32,
+    share: f32
+}
+
+const package_lightshed_texture_REPEAT: u32 = 0u;
+
+struct package_lightshed_texture_Texture {
+    x_axis: vec2f,
+    y_axis: vec2f,
+    translation: vec2f,
+    size: vec2u,
+    scale: vec3f,
+    first: u32,
+    filtering: u32,
+    wrap: u32,
+    table: u32,
+    padding: u32
+}
+
+const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
+
+fn package_lightshed_texture__1number_at(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
+}
+
+fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
+    let texture = package_memory_scene__1load_texture(index);
+    let x = uv.x;
+    let y = min(1.0 - uv.y, package_lightshed_float__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_float__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_float__1F32_MAX) + texture.translation.y;
+    if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
+        s = 0.0;
+        t = 0.0;
+    }
+    if texture.filtering == package_lightshed_texture_CHECKERBOARD {
+        let other = (s - floor(s) > 0.5) != (t - floor(t) > 0.5);
+        return package_lightshed_texture_texel(texture, select(0u, 1u, other), 0u);
+    }
+    s = package_lightshed_texture_folded(s, texture.wrap);
+    t = package_lightshed_texture_folded(t, texture.wrap);
+    if texture.filtering == package_lightshed_texture_NEAREST {
+        return package_lightshed_texture_texel(texture, u32(s * f32(texture.size.x)), u32(t * f32(texture.size.y))) * texture.scale;
+    }
+    let across = package_lightshed_texture_neighbours(s, texture.size.x, texture.wrap);
+    let down = package_lightshed_texture_neighbours(t, texture.size.y, texture.wrap);
+    let upper = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.first), package_lightshed_texture_texel(texture, across.second, down.first), across.share);
+    let lower = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.second), package_lightshed_texture_texel(texture, across.second, down.second), across.share);
+    return package_lightshed_texture_between(upper, lower, down.share) * texture.scale;
+}
+
+fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
+    let rest = min(1.0 - share, package_lightshed_float__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_float__1F32_MAX)) + b * share;
+}
+
+fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
+    if wrap == package_lightshed_texture_REPEAT {
+        return s - floor(s);
+    }
+    if wrap == package_lightshed_texture_MIRRORED {
+        let period = s - 2.0 * floor(0.5 * s);
+        return select(period, 2.0 - period, period > 1.0);
+    }
+    return clamp(s, 0.0, 1.0);
+}
+
+fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
+    let position = min(s * f32(count) - 0.5, package_lightshed_float__1F32_MAX);
+    let below = floor(position);
+    let last = i32(count) - 1;
+    let index = i32(below);
+    return package_lightshed_texture_Neighbours(package_lightshed_texture_wrapped(index, last, wrap), package_lightshed_texture_wrapped(index + 1, last, wrap), position - below);
+}
+
+fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x: u32, y: u32) -> vec3f {
+    let place = min(y, texture.size.y - 1u) * texture.size.x + min(x, texture.size.x - 1u);
+    if texture.table == package_lightshed_texture__1NO_TABLE {
+        let word = texture.first + 3u * place;
+        return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
+    }
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
+    return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
+}
+
+fn package_lightshed_texture_wrapped(index: i32, last: i32, wrap: u32) -> u32 {
+    if wrap == package_lightshed_texture_REPEAT && index < 0 {
+        return u32(last);
+    }
+    if wrap == package_lightshed_texture_REPEAT && index > last {
+        return 0u;
+    }
+    return u32(clamp(index, 0, last));
+}
+
+struct package_lightshed_triangle_TriangleRay {
+    origin: vec3f,
+    axes: vec3u,
+    shear: vec2f,
+    inverse_z: f32
+}
+
+fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
+    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    let a = package_lightshed_triangle_sheared(ray, a0);
+    let b = package_lightshed_triangle_sheared(ray, b0);
+    let c = package_lightshed_triangle_sheared(ray, c0);
+    let area_a = c.x * b.y - c.y * b.x;
+    let area_b = a.x * c.y - a.y * c.x;
+    let area_c = b.x * a.y - b.y * a.x;
+    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
+    if !inside {
+        return none;
+    }
+    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
+    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+    let t = z * ray.inverse_z * inverse_determinant;
+    if !(t > 0.0 && t < t_max) {
+        return none;
+    }
+    let u = area_a * inverse_determinant;
+    let v = area_b * inverse_determinant;
+    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
+}
+
+fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
+    var d = ray.direction;
+    let m = abs(d);
+    var kz = 2u;
+    if m.x > m.y {
+        kz = select(2u, 0u, m.x > m.z);
+    }
+    else if m.y > m.z {
+        kz = 1u;
+    }
+    let kx = (kz + 1u) % 3u;
+    let ky = (kz + 2u) % 3u;
+    let inverse_z = 1.0 / d[kz];
+    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
+}
+
+fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
+    var p = corner - ray.origin;
+    let z = p[ray.axes.z];
+    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
+}
+
+fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
+fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
+    let t = r * r;
+    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
+    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
+    return vec2f(sine, cosine);
+}
+
+fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
+    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
+    let below = floor(quarters);
+    let rest = quarters - below;
+    let quadrant = u32(below);
+    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
+    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
+    let turned = select(part, part.yx, nearest % 2u == 1u);
+    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
+    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
+    return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
+}
+
+const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
+
+fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__1sign_of(x: f32) -> f32 {
+    return select(1.0, -1.0, x < 0.0);
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
+    return v * (1.0 / package_lightshed_vector_length3(v));
+}
+
+const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+const package_lightshed_warp__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__1cosine_hemisphere(u: vec2f) -> vec3f {
+    let point = package_lightshed_warp__3concentric_disk_with_radius(u);
+    let radius = abs(point.z);
+    return vec3f(point.xy, sqrt(max((1.0 - radius) * (1.0 + radius), package_lightshed_warp__1F32_EPSILON)));
+}
+
+fn package_lightshed_warp__1polar_disk(u: vec2f) -> vec2f {
+    let radius = sqrt(u.x);
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec2f(radius * turn.y, radius * turn.x);
+}
+
+fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
+    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
+}
+
+fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
+    let half = 0.5 * min(u.x, u.y);
+    let b = u - half;
+    return vec3f(b, 1.0 - b.x - b.y);
+}
+
+const package_lightshed_warp__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
+}
+
+fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
+    let a_low = a & 65535u;
+    let a_high = a >> 16u;
+    let b_low = b & 65535u;
+    let b_high = b >> 16u;
+    let low = a_low * b_low;
+    let middle = a_high * b_low + (low >> 16u);
+    let other = a_low * b_high + (middle & 65535u);
+    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
+    return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
+}
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
+
+fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
+    let size = package_memory_scene_settings.camera.size;
+    let place = floor(vec2f(package_memory_pixels__1pixel_place(pixel)) + 0.5 + offset);
+    if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+        return package_lightshed_ray_NOTHING;
+    }
+    return u32(place.y) * size.x + u32(place.x);
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+@group(0) @binding(8)
+var<storage, read> package_memory_scene__1emitter_triangles: array<u32>;
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_emitter_triangle(index: u32) -> u32 {
+    return package_memory_scene__1emitter_triangles[index];
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_primaries_CAMERA: u32 = 0u;
+
+struct package_primaries_Primary {
+    hit: package_lightshed_ray_Hit,
+    direction: vec3f,
+    padding: u32
+}
+
+@group(2) @binding(2)
+var<storage, read> package_primaries_before: array<package_primaries_Primary>;
+
+@group(2) @binding(1)
+var<storage, read_write> package_primaries_primaries: array<package_primaries_Primary>;
+
+fn package_reuse__1held_by(i: u32) -> package_lightshed__1path_sample_PathReservoir {
+    let pixel = package_inputs_inputs.pixels[i];
+    if package_reuse_gathers && i == 0u {
+        return package__1restir_suffix_gather__1own_suffixes[package__1restir_suffix_gather_integration];
+    }
+    if package_reuse_gathers || (package_inputs_inputs.temporal && i == 0u) {
+        return package__1restir_suffix_domain_made[pixel];
+    }
+    return package__1restir_suffix_domain_given[pixel];
+}
+
+fn package_reuse__1merge_input(i: u32) -> package_lightshed_merge_MergeInput {
+    let held = package_reuse__1held_by(i);
+    let p_hat = package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(package_lightshed__1path_sample__1unpack_reservoir(held)));
+    return package_lightshed_merge_MergeInput(package_lightshed__1path_sample__1reservoir_confidence(held), held.weight, p_hat);
+}
+
+fn package_reuse__1merge_keep(i: u32) {
+    package_reuse_kept = package_reuse_arrived(i);
+}
+
+fn package_reuse__1merge_number(i: u32) -> f32 {
+    if package_reuse_gathers {
+        return 0.0;
+    }
+    return package_inputs_decision(i, package__1restir_suffix_domain_frame.number, select(package_reuse__1spatial_blocks(), package__1restir_suffix_domain__1SUFFIX_TEMPORAL, package_inputs_inputs.temporal));
+}
+
+fn package_reuse__1merge_shift(i: u32, j: u32) -> package_lightshed_merge_MergeImage {
+    let x = package_lightshed__1path_sample__1unpack_reservoir(package_reuse__1held_by(i));
+    let image = package_lightshed__1path_shift__1shift_path(x, package__1restir_suffix_domain__1suffixes_of(package_reuse__1prefix_of(j)));
+    if image.outcome != package_lightshed__1path_shift_DEFINED {
+        return package_lightshed_merge_MergeImage(0.0, 0.0);
+    }
+    if j == 0u {
+        package_reuse_carried = package_lightshed__1path_sample__1with_contribution(x, image.contribution);
+        package_reuse_carried.density = image.density;
+    }
+    return package_lightshed_merge_MergeImage(package_lightshed__1path_sample__1path_target(image.contribution), package_lightshed__1path_shift__1path_jacobian(x.density, image.density));
+}
+
+fn package_reuse__1merge_visit(i: u32, weight: f32) {
+    if package_reuse_gathers {
+        let share = select(1.0 / f32(package__1restir_suffix_domain_frame.prefixes), package__1restir_suffix_gather_integrations[package__1restir_suffix_gather_integration].own_share, i == 0u);
+        package_reuse_gathered += package_lightshed__1path_sample__1contribution_of(package_reuse_arrived(i)) * (weight * share);
+    }
+}
+
+fn package_reuse__1merged_suffix(merged: package_lightshed_merge_Merged) -> package_lightshed__1path_sample_PathReservoir {
+    if merged.weight > 0.0 {
+        return package_lightshed__1path_sample__1pack_reservoir(package_reuse_kept, merged.weight, merged.confidence);
+    }
+    return package_lightshed__1path_sample__1empty_reservoir(merged.confidence);
+}
+
+fn package_reuse__1prefix_of(j: u32) -> package_lightshed__1path_prefix_PrefixReservoir {
+    let pixel = package_inputs_inputs.pixels[j];
+    if package_reuse_gathers && j == 0u {
+        return package__1restir_suffix_gather_integrations[package__1restir_suffix_gather_integration].prefix;
+    }
+    if package_inputs_inputs.temporal && j == 1u {
+        return package__1restir_suffix_domain__1prefixes_before[pixel];
+    }
+    return package__1restir_suffix_domain_prefixes[pixel];
+}
+
+fn package_reuse__1spatial_blocks() -> u32 {
+    return package__1restir_suffix_domain_SPATIAL + 4u * package_inputs__1MOST_NEIGHBOURS * package__1restir_suffix_domain_frame.round;
+}
+
+fn package_reuse_admits(pixel: u32, other: u32) -> bool {
+    let there = package__1restir_suffix_domain_prefixes[other];
+    return there.weight > 0.0 && package__1restir_suffix_domain_resembles(package__1restir_suffix_domain_prefixes[pixel].primitive, there.primitive);
+}
+
+fn package_reuse_arrived(i: u32) -> package_lightshed__1path_sample_PathSample {
+    if i == 0u {
+        return package_lightshed__1path_sample__1unpack_reservoir(package_reuse__1held_by(0u));
+    }
+    return package_reuse_carried;
+}
+
+var<private> package_reuse_carried: package_lightshed__1path_sample_PathSample;
+
+var<private> package_reuse_gathered: vec3f;
+
+var<private> package_reuse_gathers: bool;
+
+var<private> package_reuse_kept: package_lightshed__1path_sample_PathSample;
