@@ -232,6 +232,26 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     film[index] = pixel;
 }
 
+fn shown(index: u32) -> vec3f {
+    if index >= package_memory_scene_settings.pixels {
+        return vec3f(0.0);
+    }
+    return paths[index].radiance;
+}
+
+@compute @workgroup_size(64)
+fn show(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let four = package_memory_pixels__1thread_number(id, groups);
+    if 4u * four >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let a = shown(4u * four);
+    let b = shown(4u * four + 1u);
+    let c = shown(4u * four + 2u);
+    let d = shown(4u * four + 3u);
+    film[four] = Pixel(a, bitcast<u32>(b.x), vec3f(b.yz, c.x), bitcast<u32>(c.y), vec3f(c.z, d.xy), bitcast<u32>(d.z));
+}
+
 const package_bounce__1BY_DELTA: u32 = 2u;
 
 const package_bounce__1BY_DENSITY: u32 = 1u;

@@ -40,6 +40,7 @@ struct Kernels {
     shade: Kernel,
     connect: Kernel,
     accumulate: Kernel,
+    show: Kernel,
 }
 
 struct Memory {
@@ -292,11 +293,11 @@ impl<'a> GpuPathTracer<'a> {
         self.times.clear();
         self.prepare(seed);
         self.wave(index, 1)?;
-        let paths: Vec<[[f32; 4]; 5]> = self.gpu.read(&self.memory.paths, self.pixels() as usize)?;
-        Ok(paths
-            .iter()
-            .map(|[_, _, _, [r, g, b, _], _]| [*r, *g, *b])
-            .collect())
+        let mut work = self.gpu.timed_work();
+        let step = self.step(0, index, 1)?;
+        self.dispatch(&mut work, &self.kernels.show, &step, self.pixels().div_ceil(4));
+        self.times.extend(work.finish()?);
+        self.gpu.read(&self.memory.film, self.pixels() as usize)
     }
 
     /// Rays of the last wave, by what is left of its counts.
@@ -435,6 +436,7 @@ impl Kernels {
             shade: kernel("shade")?,
             connect: kernel("connect")?,
             accumulate: kernel("accumulate")?,
+            show: kernel("show")?,
         })
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::Gpu;
 use crate::light_cache::LightCacheMemory;
-use crate::tests::parity::harness::{COUNT, HOSTILE, Shader, Tier, compare, floats, gpu, held};
+use crate::tests::parity::harness::{COUNT, HOSTILE, Shader, Tier, compare, floats};
+use crate::tests::support::exact_gpu;
 use glam::Vec3;
 use lightshed_integrator::guiding::{
     FlatLightCache, LightCache, LightCacheOptions, LightRecord, LightTreeCache,
@@ -216,17 +217,17 @@ fn options(bucket: u32, max_buckets: u32) -> LightCacheOptions {
 /// noticed.
 #[test]
 fn choices_of_learnt_light_trees() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let few = lamps(700);
     let cache = trained(&few, options(32, 32));
     let learnt: LightTreeCache = cache.into_tree().expect("a tree explores");
-    held(gpu, || agrees(gpu, "learnt tree", &learnt.flat(), &learnt, None));
+    let of_learnt = agrees(gpu, "learnt tree", &learnt.flat(), &learnt, None);
     let fault = ["low - vec4f(0.0, low.xyz)", "low"];
-    let is_noticed = agrees(gpu, "learnt tree", &learnt.flat(), &learnt, Some(fault)).is_err();
-    assert!(is_noticed || !gpu.is_exact());
+    assert!(agrees(gpu, "learnt tree", &learnt.flat(), &learnt, Some(fault)).is_err());
     let plain: LightBvh = learnt.into_plain();
     let flat = FlatLightCache::of_tree(&plain);
-    held(gpu, || agrees(gpu, "plain tree", &flat, &plain, None));
+    assert_eq!(agrees(gpu, "plain tree", &flat, &plain, None), Ok(()));
+    assert_eq!(of_learnt, Ok(()));
 }
 
 /// Caches of single lights and of groups, in one bucket and in several. Faults are
@@ -234,7 +235,7 @@ fn choices_of_learnt_light_trees() {
 /// is not scaled, a share that both techniques have.
 #[test]
 fn choices_of_light_caches() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let few = lamps(700);
     let many = lamps(9000);
     for (name, lights, options) in [
@@ -269,9 +270,7 @@ fn choices_of_light_caches() {
             cache.lights_at(at(6.5, 6.5)).len(),
             cache.share_at(at(6.5, 6.5))
         );
-        if !held(gpu, || agrees(gpu, name, &flat, &cache, None)) {
-            continue;
-        }
+        assert_eq!(agrees(gpu, name, &flat, &cache, None), Ok(()));
         let faults: &[[&str; 2]] = match name {
             "groups" => &[["same.y), 0u, same.x)", "same.y), 1u, same.x)"]],
             "small buckets" => &[

@@ -1,7 +1,8 @@
 //! Cuts that receivers share: which subtrees, which lights of them, and with what probability.
 
-use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, floats, gpu, held};
+use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, floats};
 use crate::tests::parity::light_tree::{HOST, TreeBuffers, lights};
+use crate::tests::support::exact_gpu;
 use glam::Vec3;
 use lightshed_lights::{
     Facing, LightSubtrees, Lightcut, PerfectTree, PerfectTreeOptions, ShadingPoint, Stride, Weighting,
@@ -128,7 +129,7 @@ fn body(tree: &PerfectTree) -> String {
 
 #[test]
 fn cuts_and_choices() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let host = format!(
         "import package::lightshed::lightcut::Subtree;
         {HOST}
@@ -162,10 +163,11 @@ fn cuts_and_choices() {
         };
         let found = shader.run::<17, WORDS>(gpu, &inputs);
         let name = format!("{count} lights, {options:?}");
-        let is_exact = held(gpu, || {
-            compare(&name, Tier::Words, &inputs, &found, |words| answers(&tree, words))
-        });
-        if count < 300 || !is_exact {
+        assert_eq!(
+            compare(&name, Tier::Words, &inputs, &found, |words| answers(&tree, words)),
+            Ok(())
+        );
+        if count < 300 {
             continue;
         }
         // Planted: a cut of one subtree more; a cut for the point that uses it; a receiver that is

@@ -1,6 +1,7 @@
 //! Lobes, and chains of them: `f32` against what the library computes in double precision.
 
 use crate::tests::parity::harness::{COUNT, Shader, Tier, bits, compare, floats, gpu};
+use crate::tests::support::exact_gpu;
 use glam::Vec3;
 use lightshed_integrator::guiding::{Finding, MarkovChain, MarkovOptions, MarkovState, Proposal};
 use lightshed_sampling::{CounterRng, DirectionDistribution, UniformSphere, VonMisesFisher};
@@ -277,7 +278,7 @@ const CHAIN: &str = "
 /// concentrations within 4·10⁻⁶ relatively.
 #[test]
 fn chains() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let rows: Vec<[u32; 8]> = (0..OPTIONS).map(|number| row(&options(number))).collect();
     let buffer = gpu.buffer("options", &rows).expect("they are few");
     let inputs = walks();

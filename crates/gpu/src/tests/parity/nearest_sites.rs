@@ -1,6 +1,7 @@
 //! The nearest surface sites by a tree that the device built are those of a linear scan.
 
-use crate::tests::parity::harness::{Shader, floats, gpu};
+use crate::tests::parity::harness::{Shader, floats};
+use crate::tests::support::exact_gpu;
 use crate::{BvhBuilder, Gpu, GpuBvh};
 use glam::Vec3;
 use lightshed_integrator::spatial::{Bounds, Nearest, SiteMetric, SurfaceSite};
@@ -125,7 +126,7 @@ fn agrees(gpu: &Gpu, shader: &Shader<'_>) -> Result<(), String> {
 
 #[test]
 fn nearest_sites_are_those_of_a_scan() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = exact_gpu() else { return };
     let body = format!(
         "let found = nearest_sites(
             vec3f(number(0u), number(1u), number(2u)), vec3f(number(3u), number(4u), number(5u)), {SITES}u, word(6u),

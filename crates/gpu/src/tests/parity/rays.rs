@@ -1,7 +1,8 @@
 //! Rays through the compressed tree against a test of all triangles.
 
 use crate::GpuScene;
-use crate::tests::parity::harness::{Shader, Tier, check, gpu};
+use crate::tests::parity::harness::{Shader, Tier, check};
+use crate::tests::support::exact_gpu;
 use glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::{Ray, Scene, builtin, intersect_triangle};
@@ -64,7 +65,7 @@ fn hits_are_those_of_a_test_of_all_triangles() {
         let scene = Scene::new(&description).expect("built-in scenes are sound");
         let flat = lightshed_scene::FlatScene::new(&scene).expect("it is flat");
         let corners: Vec<[Vec3; 3]> = flat.corners().collect();
-        let on_device = match gpu() {
+        let on_device = match exact_gpu() {
             Some(gpu) => GpuScene::new(gpu, &scene).expect("it is flat"),
             None => return,
         };

@@ -249,7 +249,7 @@ fn prefixes_are_those_of_the_library() {
         }
         assert!(wrong.len() <= most_differences(gpu, PAIRS));
         assert!(prefixes > PAIRS / 8 && long > PAIRS / 16 && images > PAIRS / 8);
-        if number > 0 {
+        if number > 0 || !gpu.is_exact() {
             continue;
         }
         for fault in faults {
