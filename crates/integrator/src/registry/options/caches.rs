@@ -41,7 +41,7 @@ pub const CACHE_ALWAYS: MethodOption = MethodOption::switch(
 pub const CACHE_CELLS: MethodOption = MethodOption::new(
     "cache-cells",
     "ANGLE",
-    "0.1",
+    "0.05",
     any::<f32>,
     "Side of the cells of --cache, seen from the camera, in radians; rounded down to a power of two times the finest",
 );
