@@ -93,12 +93,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let settings = RestirDiSettings::UNBIASED;
         let by_tree = GpuRestirDi::with_tree(&gpu, &on_device, settings)?;
         row(name, "restir-di, tree", by_tree)?;
-        let cells = Some(WorldReuse::default());
-        let mut settings = RestirDiSettings::UNBIASED;
-        settings.world = cells;
-        let mut alone = settings;
-        (alone.temporal_reuse, alone.spatial_rounds) = (false, 0);
-        for (variant, settings) in [("restir-di, world", alone), ("restir-di, both", settings)] {
+        let cells = WorldReuse::default();
+        for (variant, both) in [("restir-di, world", false), ("restir-di, both", true)] {
+            let settings = RestirDiSettings::UNBIASED.with_world(cells, both);
             row(
                 name,
                 variant,
@@ -108,11 +105,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let chains = GpuMixture::new(&gpu, &shallow, MixtureOptions::default())?;
         row(name, "mcmm", chains)?;
         row(name, "restir-pt", GpuRestirPt::new(&gpu, &on_device)?)?;
-        let mut options = RestirPtOptions::real_time(PathMapping::Hybrid);
-        options.world = cells;
-        let mut alone = options;
-        (alone.temporal_cap, alone.rounds) = (None, 0);
-        for (variant, options) in [("restir-pt, world", alone), ("restir-pt, both", options)] {
+        for (variant, both) in [("restir-pt, world", false), ("restir-pt, both", true)] {
+            let options = RestirPtOptions::real_time(PathMapping::Hybrid).with_world(cells, both);
             row(
                 name,
                 variant,

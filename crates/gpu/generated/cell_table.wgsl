@@ -52,7 +52,7 @@ fn is_below(a: vec2u, b: vec2u) -> bool {
 
 @compute @workgroup_size(64)
 fn claim(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let visitor = package_memory_visits__1thread_number(id, groups);
+    let visitor = package_threads__1thread_number(id, groups);
     if visitor >= table.visitors || visitors[visitor].word.y == 0u {
         return;
     }
@@ -96,7 +96,7 @@ fn claim(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn settle(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let slot = package_memory_visits__1thread_number(id, groups);
+    let slot = package_threads__1thread_number(id, groups);
     if slot >= table.slots {
         return;
     }
@@ -115,7 +115,7 @@ fn settle(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
 
 @compute @workgroup_size(64)
 fn locate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let number = package_memory_visits__1thread_number(id, groups);
+    let number = package_threads__1thread_number(id, groups);
     if number >= table.visitors {
         return;
     }
@@ -135,7 +135,7 @@ fn slot_of(code: vec2u) -> u32 {
 
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let first = package_memory_visits__1thread_number(id, groups);
+    let first = package_threads__1thread_number(id, groups);
     if first >= table.visitors {
         return;
     }
@@ -220,8 +220,6 @@ fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4
     return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
 }
 
-const package_memory_visits_GROUP: u32 = 64u;
-
 struct package_memory_visits_Visit {
     slot: u32,
     first: u32,
@@ -235,6 +233,8 @@ struct package_memory_visits_Visitor {
     padding: u32
 }
 
-fn package_memory_visits__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_visits_GROUP;
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }

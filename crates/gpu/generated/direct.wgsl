@@ -50,7 +50,7 @@ fn stratified(i: u32, word: u32) -> vec2u {
 
 @compute @workgroup_size(64)
 fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2929,8 +2929,6 @@ fn package_memory_octree__2load_octree_node(index: u32) -> u32 {
     return package_memory_octree__1octree_nodes[index];
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
     return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
 }
@@ -2957,10 +2955,6 @@ fn package_memory_pixels__1streamed_ray(pixel: u32, stream: ptr<function, packag
         u_lens.y = package_lightshed_stream__1next_number(stream);
     }
     return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + vec2f(dx, dy), u_lens);
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -3171,4 +3165,10 @@ fn package_selected_towards(index: u32, probability: f32, start: vec3f, u: vec2f
         return package_selected__1no_light();
     }
     return package_lightshed_emitter_EmitterSample(aim.direction, pdf, weight, true, aim.goal);
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }

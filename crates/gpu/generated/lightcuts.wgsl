@@ -34,7 +34,7 @@ fn ray_through(place: vec2u) -> package_lightshed_ray_Ray {
 
 @compute @workgroup_size(64)
 fn see(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel < package_memory_scene_settings.pixels {
         hits[pixel] = package_lightshed_cwbvh_intersect(ray_through(package_memory_pixels__1pixel_place(pixel)));
     }
@@ -54,7 +54,7 @@ fn seen_by(ray: package_lightshed_ray_Ray, hit: package_lightshed_ray_Hit) -> Se
 
 @compute @workgroup_size(64)
 fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let block = package_memory_pixels__1thread_number(id, groups);
+    let block = package_threads__1thread_number(id, groups);
     if block >= asked.blocks {
         return;
     }
@@ -95,7 +95,7 @@ fn lit(seen: Seen, light: package_lightshed_emitter_EmitterSample, bsdf_samples:
 
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2591,8 +2591,6 @@ fn package_memory__1light_tree__2load_light_row(place: u32) -> vec4u {
     return package_memory__1light_tree__1light_rows[place];
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
     let width = package_memory_scene_settings.camera.size.x;
     return vec2u(pixel % width, pixel / width);
@@ -2608,10 +2606,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -2822,4 +2816,10 @@ fn package_selected_towards(index: u32, probability: f32, start: vec3f, u: vec2f
         return package_selected__1no_light();
     }
     return package_lightshed_emitter_EmitterSample(aim.direction, pdf, weight, true, aim.goal);
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }

@@ -70,7 +70,7 @@ fn sample_of(path: u32) -> u32 {
 
 @compute @workgroup_size(64)
 fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let path = package_memory_pixels__1thread_number(id, groups);
+    let path = package_threads__1thread_number(id, groups);
     if path >= total_paths() {
         return;
     }
@@ -96,7 +96,7 @@ fn is_active(place: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn extend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = package_memory_pixels__1thread_number(id, groups);
+    let place = package_threads__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -118,7 +118,7 @@ fn is_black(v: vec3f) -> bool {
 
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = package_memory_pixels__1thread_number(id, groups);
+    let place = package_threads__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -200,7 +200,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let slot = package_memory_pixels__1thread_number(id, groups);
+    let slot = package_threads__1thread_number(id, groups);
     if slot >= atomicLoad(&counts[2u * step.depth + 1u]) {
         return;
     }
@@ -212,7 +212,7 @@ fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = package_memory_pixels__1thread_number(id, groups);
+    let index = package_threads__1thread_number(id, groups);
     if index >= package_memory_scene_settings.pixels {
         return;
     }
@@ -241,7 +241,7 @@ fn shown(index: u32) -> vec3f {
 
 @compute @workgroup_size(64)
 fn show(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let four = package_memory_pixels__1thread_number(id, groups);
+    let four = package_threads__1thread_number(id, groups);
     if 4u * four >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2974,8 +2974,6 @@ fn package_memory_octree__2load_octree_node(index: u32) -> u32 {
     return package_memory_octree__1octree_nodes[index];
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2999,10 +2997,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -3171,3 +3165,9 @@ var<storage, read> package_memory_scene_tables: array<u32>;
 
 @group(0) @binding(2)
 var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}

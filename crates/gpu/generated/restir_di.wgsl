@@ -2,7 +2,7 @@
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -21,7 +21,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel < package_memory_scene_settings.pixels {
         package__1restir_di_light_made[pixel] = package__1restir_di_candidates__1candidate_of(pixel);
     }
@@ -29,7 +29,7 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -44,7 +44,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2745,8 +2745,6 @@ fn package_memory__1light_tree__2load_light_row(place: u32) -> vec4u {
     return package_memory__1light_tree__1light_rows[place];
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2770,10 +2768,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
@@ -3060,4 +3054,10 @@ fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoin
     }
     let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
     return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }

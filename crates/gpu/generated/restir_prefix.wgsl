@@ -2,36 +2,22 @@
 
 const DIRECT_EDGES: u32 = 2u;
 
-fn seen_along(ray: package_lightshed_ray_Ray) -> package_primaries_Primary {
-    return package_primaries_Primary(package_lightshed_cwbvh_intersect(ray), ray.direction, 0u);
-}
-
-fn seen_emission(seen: package_primaries_Primary) -> vec3f {
-    if package_memory_scene_settings.max_depth == 0u {
-        return vec3f(0.0);
-    }
-    if seen.hit.primitive == package_lightshed_ray_NOTHING {
-        return package_lightshed_emitter__1surroundings_radiance(seen.direction);
-    }
-    return package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
-}
-
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let seen = seen_along(package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_suffix_domain_block(pixel, package_primaries_CAMERA)));
+    let seen = package_seen__1seen_along(package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_suffix_domain_block(pixel, package_primaries_CAMERA)));
     package_primaries_primaries[pixel] = seen;
     var light = vec3f(0.0);
     if package__1restir_suffix_domain_frame.least_length <= 1u {
-        light = seen_emission(seen) / f32(package__1restir_suffix_domain_frame.camera_rays);
+        light = package_seen__1seen_emission(seen) / f32(package__1restir_suffix_domain_frame.camera_rays);
     }
     let share = 1.0 / f32(max(package__1restir_suffix_domain_frame.direct_samples, 1u));
     for (var sample = 0u; sample < package__1restir_suffix_domain_frame.direct_samples; sample++) {
-        let seen = seen_along(package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_suffix_domain_block(pixel, package__1restir_suffix_domain_DIRECT + 2u * sample)));
-        var found = seen_emission(seen);
+        let seen = package_seen__1seen_along(package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_suffix_domain_block(pixel, package__1restir_suffix_domain_DIRECT + 2u * sample)));
+        var found = package_seen__1seen_emission(seen);
         if seen.hit.primitive != package_lightshed_ray_NOTHING {
             var paths = package__1restir_suffix_domain__1prefixes_of(seen);
             paths.max_length = min(paths.max_length, DIRECT_EDGES);
@@ -44,7 +30,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn supports(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -59,13 +45,13 @@ fn supports(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
     let here = package_primaries_primaries[pixel].hit.primitive;
     let there = package_primaries_before[pixel].hit.primitive;
-    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package__1restir_suffix_domain_resembles(here, there) {
+    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package_seen_resembles(here, there) {
         return;
     }
     package_inputs__1with_past(pixel);
@@ -103,11 +89,6 @@ const package__1restir_suffix_domain_SUPPORT: u32 = 1u;
 
 const package__1restir_suffix_domain__1PREFIX_TEMPORAL: u32 = 4096u;
 
-fn package__1restir_suffix_domain__1load_normal(primitive: u32) -> vec3f {
-    let triangle = package_memory_scene__1load_triangle(primitive);
-    return vec3f(triangle.normal_x, triangle.normal_yz);
-}
-
 @group(2) @binding(4)
 var<storage, read> package__1restir_suffix_domain__1prefixes_before: array<package_lightshed__1path_prefix_PrefixReservoir>;
 
@@ -115,8 +96,6 @@ fn package__1restir_suffix_domain__1prefixes_of(primary: package_primaries_Prima
     let first = package_lightshed__1path_vertex__1vertex_at(primary.hit.primitive, primary.hit.barycentric);
     return package_lightshed__1path_prefix_PrefixDomain(first, -primary.direction, package_memory_scene_settings.max_depth, package__1restir_suffix_domain_frame.ends);
 }
-
-const package__1restir_suffix_domain__2LEAST_COS_NORMALS: f32 = 0.5;
 
 fn package__1restir_suffix_domain_block(pixel: u32, index: u32) -> vec4u {
     return package_memory_pixels__1pixel_block(pixel, package__1restir_suffix_domain_frame.number, index);
@@ -130,10 +109,6 @@ var<storage, read_write> package__1restir_suffix_domain_image: array<vec4f>;
 
 @group(2) @binding(3)
 var<storage, read_write> package__1restir_suffix_domain_prefixes: array<package_lightshed__1path_prefix_PrefixReservoir>;
-
-fn package__1restir_suffix_domain_resembles(a: u32, b: u32) -> bool {
-    return abs(package_lightshed_vector_dot3(package__1restir_suffix_domain__1load_normal(a), package__1restir_suffix_domain__1load_normal(b))) >= package__1restir_suffix_domain__2LEAST_COS_NORMALS;
-}
 
 struct package_inputs_Inputs {
     count: u32,
@@ -2243,8 +2218,6 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2268,10 +2241,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -2513,3 +2482,34 @@ fn package_reuse__1seen_of(j: u32) -> package_primaries_Primary {
 var<private> package_reuse_carried: package_lightshed__1path_prefix_PrefixReservoir;
 
 var<private> package_reuse_kept: package_lightshed__1path_prefix_PrefixReservoir;
+
+fn package_seen__1load_normal(primitive: u32) -> vec3f {
+    let triangle = package_memory_scene__1load_triangle(primitive);
+    return vec3f(triangle.normal_x, triangle.normal_yz);
+}
+
+fn package_seen__1seen_along(ray: package_lightshed_ray_Ray) -> package_primaries_Primary {
+    return package_primaries_Primary(package_lightshed_cwbvh_intersect(ray), ray.direction, 0u);
+}
+
+fn package_seen__1seen_emission(seen: package_primaries_Primary) -> vec3f {
+    if package_memory_scene_settings.max_depth == 0u {
+        return vec3f(0.0);
+    }
+    if seen.hit.primitive == package_lightshed_ray_NOTHING {
+        return package_lightshed_emitter__1surroundings_radiance(seen.direction);
+    }
+    return package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
+}
+
+const package_seen__2LEAST_COS_NORMALS: f32 = 0.5;
+
+fn package_seen_resembles(a: u32, b: u32) -> bool {
+    return abs(package_lightshed_vector_dot3(package_seen__1load_normal(a), package_seen__1load_normal(b))) >= package_seen__2LEAST_COS_NORMALS;
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}

@@ -2,29 +2,18 @@
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_pt_domain_block(pixel, package_primaries_CAMERA));
-    let hit = package_lightshed_cwbvh_intersect(ray);
-    package_primaries_primaries[pixel] = package_primaries_Primary(hit, ray.direction, 0u);
-    var seen: vec3f;
-    if hit.primitive == package_lightshed_ray_NOTHING {
-        seen = package_lightshed_emitter__1surroundings_radiance(ray.direction);
-    }
-    else {
-        seen = package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric), ray.direction);
-    }
-    if package_memory_scene_settings.max_depth == 0u {
-        seen = vec3f(0.0);
-    }
-    package__1restir_pt_domain_image[pixel] = vec4f(seen, 0.0);
+    let seen = package_seen__1seen_along(package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_pt_domain_block(pixel, package_primaries_CAMERA)));
+    package_primaries_primaries[pixel] = seen;
+    package__1restir_pt_domain_image[pixel] = vec4f(package_seen__1seen_emission(seen), 0.0);
 }
 
 @compute @workgroup_size(64)
 fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel < package_memory_scene_settings.pixels {
         package__1restir_pt_domain_made[pixel] = package__1restir_pt_candidates__1candidate_of(pixel);
     }
@@ -32,13 +21,13 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let here = package_primaries_primaries[pixel];
-    let there = package_primaries_before[pixel];
-    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || !package__1restir_pt_domain_resembles(here, there) {
+    let here = package_primaries_primaries[pixel].hit.primitive;
+    let there = package_primaries_before[pixel].hit.primitive;
+    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package_seen_resembles(here, there) {
         return;
     }
     package_inputs__1with_past(pixel);
@@ -47,7 +36,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -64,13 +53,6 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 const package__1restir_pt_candidates_CHOICES: u32 = 2097152u;
 
-struct package__1restir_pt_candidates_Gathered {
-    selection: package_lightshed_reservoir_Selection,
-    sample: package_lightshed__1path_sample_PathSample,
-    offered: u32,
-    at_home: vec3f
-}
-
 const package__1restir_pt_candidates_SEEDS: u32 = 1048576u;
 
 fn package__1restir_pt_candidates__1candidate_of(pixel: u32) -> package_lightshed__1path_sample_PathReservoir {
@@ -78,63 +60,10 @@ fn package__1restir_pt_candidates__1candidate_of(pixel: u32) -> package_lightshe
     if seen.hit.primitive == package_lightshed_ray_NOTHING || !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
         return package_lightshed__1path_sample__1empty_reservoir(0.0);
     }
-    let domain = package__1restir_pt_domain__1domain_of(seen);
-    let share = 1.0 / f32(package__1restir_pt_domain_frame.candidates);
-    var gathered = package__1restir_pt_candidates_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
-    for (var tree = 0u; tree < package__1restir_pt_domain_frame.candidates; tree++) {
-        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package__1restir_pt_domain_block(pixel, package__1restir_pt_candidates_SEEDS + tree).xy);
-        var vertex = domain.first;
-        while (walk.index < package_memory_scene_settings.max_depth) {
-            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, package__1restir_pt_domain_frame.rules, vertex);
-            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
-                gathered = package__1restir_pt_candidates__1gathered_with(gathered, light, share * walk.weight, pixel);
-            }
-            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
-            let onward = package_lightshed__1path_walk__1walk_onward(walk, package__1restir_pt_domain_frame.rules, vertex, numbers, package_memory_scene_settings.roulette_depth);
-            if !onward.some {
-                break;
-            }
-            let hit = package_lightshed_cwbvh_intersect(onward.ray);
-            let lost = hit.primitive == package_lightshed_ray_NOTHING;
-            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
-                break;
-            }
-            if !lost {
-                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
-            }
-            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, package__1restir_pt_domain_frame.rules, lost, vertex);
-            walk = arrival.walk;
-            if arrival.candidate.some {
-                gathered = package__1restir_pt_candidates__1gathered_with(gathered, arrival.candidate, share * walk.weight, pixel);
-            }
-            if lost {
-                break;
-            }
-        }
-    }
-    package__1restir_pt_domain_image[pixel] += vec4f(gathered.at_home, 0.0);
-    let weight = package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
-    if weight > 0.0 {
-        return package_lightshed__1path_sample__1pack_reservoir(gathered.sample, weight, 1.0);
-    }
-    return package_lightshed__1path_sample__1empty_reservoir(1.0);
-}
-
-fn package__1restir_pt_candidates__1gathered_with(so_far: package__1restir_pt_candidates_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, pixel: u32) -> package__1restir_pt_candidates_Gathered {
-    var next = so_far;
-    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
-    if !package_lightshed_connectability_replays(package__1restir_pt_domain_frame.rules) && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
-        next.at_home += contribution * weight;
-        return next;
-    }
-    let u = package_lightshed_uniform__2f32_from_u32(package__1restir_pt_domain_block(pixel, package__1restir_pt_candidates_CHOICES + so_far.offered).x);
-    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
-    next.selection = offered.selection;
-    next.offered++;
-    if offered.accepted {
-        next.sample = found.sample;
-    }
-    return next;
+    let drawing = package_walks_Drawing(pixel, package__1restir_pt_domain_frame.number, package__1restir_pt_candidates_SEEDS, package__1restir_pt_candidates_CHOICES);
+    let found = package_walks__1gather_walks(package__1restir_pt_domain__1domain_of(seen), package__1restir_pt_domain_frame.candidates, package_memory_scene_settings.roulette_depth, drawing);
+    package__1restir_pt_domain_image[pixel] += vec4f(found.at_home, 0.0);
+    return package_walks__1gathered_reservoir(found);
 }
 
 struct package__1restir_pt_domain_Frame {
@@ -154,13 +83,6 @@ fn package__1restir_pt_domain__1domain_of(primary: package_primaries_Primary) ->
     return package_lightshed__1path_shift_PathDomain(first, -primary.direction, package_memory_scene_settings.max_depth, package__1restir_pt_domain_frame.rules);
 }
 
-fn package__1restir_pt_domain__1load_normal(primitive: u32) -> vec3f {
-    let triangle = package_memory_scene__1load_triangle(primitive);
-    return vec3f(triangle.normal_x, triangle.normal_yz);
-}
-
-const package__1restir_pt_domain__2LEAST_COS_NORMALS: f32 = 0.5;
-
 fn package__1restir_pt_domain_block(pixel: u32, index: u32) -> vec4u {
     return package_memory_pixels__1pixel_block(pixel, package__1restir_pt_domain_frame.number, index);
 }
@@ -176,11 +98,6 @@ var<storage, read_write> package__1restir_pt_domain_image: array<vec4f>;
 
 @group(2) @binding(4)
 var<storage, read_write> package__1restir_pt_domain_made: array<package_lightshed__1path_sample_PathReservoir>;
-
-fn package__1restir_pt_domain_resembles(a: package_primaries_Primary, b: package_primaries_Primary) -> bool {
-    let normal_a = package__1restir_pt_domain__1load_normal(a.hit.primitive);
-    return abs(package_lightshed_vector_dot3(normal_a, package__1restir_pt_domain__1load_normal(b.hit.primitive))) >= package__1restir_pt_domain__2LEAST_COS_NORMALS;
-}
 
 struct package_inputs_Inputs {
     count: u32,
@@ -2835,8 +2752,6 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2860,10 +2775,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
@@ -3124,8 +3035,8 @@ fn package_reuse__1spatial_blocks() -> u32 {
 }
 
 fn package_reuse_admits(pixel: u32, other: u32) -> bool {
-    let there = package_primaries_primaries[other];
-    return there.hit.primitive != package_lightshed_ray_NOTHING && package__1restir_pt_domain_resembles(package_primaries_primaries[pixel], there);
+    let there = package_primaries_primaries[other].hit.primitive;
+    return there != package_lightshed_ray_NOTHING && package_seen_resembles(package_primaries_primaries[pixel].hit.primitive, there);
 }
 
 fn package_reuse_arrived(i: u32) -> package_lightshed__1path_sample_PathSample {
@@ -3140,3 +3051,114 @@ var<private> package_reuse_carried: package_lightshed__1path_sample_PathSample;
 var<private> package_reuse_gathered: vec3f;
 
 var<private> package_reuse_kept: package_lightshed__1path_sample_PathSample;
+
+fn package_seen__1load_normal(primitive: u32) -> vec3f {
+    let triangle = package_memory_scene__1load_triangle(primitive);
+    return vec3f(triangle.normal_x, triangle.normal_yz);
+}
+
+fn package_seen__1seen_along(ray: package_lightshed_ray_Ray) -> package_primaries_Primary {
+    return package_primaries_Primary(package_lightshed_cwbvh_intersect(ray), ray.direction, 0u);
+}
+
+fn package_seen__1seen_emission(seen: package_primaries_Primary) -> vec3f {
+    if package_memory_scene_settings.max_depth == 0u {
+        return vec3f(0.0);
+    }
+    if seen.hit.primitive == package_lightshed_ray_NOTHING {
+        return package_lightshed_emitter__1surroundings_radiance(seen.direction);
+    }
+    return package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
+}
+
+const package_seen__2LEAST_COS_NORMALS: f32 = 0.5;
+
+fn package_seen_resembles(a: u32, b: u32) -> bool {
+    return abs(package_lightshed_vector_dot3(package_seen__1load_normal(a), package_seen__1load_normal(b))) >= package_seen__2LEAST_COS_NORMALS;
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}
+
+struct package_walks_Drawing {
+    pixel: u32,
+    frame: u32,
+    seeds: u32,
+    choices: u32
+}
+
+struct package_walks_Gathered {
+    selection: package_lightshed_reservoir_Selection,
+    sample: package_lightshed__1path_sample_PathSample,
+    offered: u32,
+    at_home: vec3f
+}
+
+fn package_walks__1gather_walks(domain: package_lightshed__1path_shift_PathDomain, walks: u32, roulette_from: u32, drawing: package_walks_Drawing) -> package_walks_Gathered {
+    var gathered = package_walks_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
+    if !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
+        return gathered;
+    }
+    let replayed = package_lightshed_connectability_replays(domain.rules);
+    let share = 1.0 / f32(walks);
+    for (var tree = 0u; tree < walks; tree++) {
+        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package_memory_pixels__1pixel_block(drawing.pixel, drawing.frame, drawing.seeds + tree).xy);
+        var vertex = domain.first;
+        while (walk.index < domain.max_length) {
+            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, domain.rules, vertex);
+            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
+                gathered = package_walks__1gathered_with(gathered, light, share * walk.weight, replayed, drawing);
+            }
+            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
+            let onward = package_lightshed__1path_walk__1walk_onward(walk, domain.rules, vertex, numbers, roulette_from);
+            if !onward.some {
+                break;
+            }
+            let hit = package_lightshed_cwbvh_intersect(onward.ray);
+            let lost = hit.primitive == package_lightshed_ray_NOTHING;
+            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
+                break;
+            }
+            if !lost {
+                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+            }
+            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, domain.rules, lost, vertex);
+            walk = arrival.walk;
+            if arrival.candidate.some {
+                gathered = package_walks__1gathered_with(gathered, arrival.candidate, share * walk.weight, replayed, drawing);
+            }
+            if lost {
+                break;
+            }
+        }
+    }
+    return gathered;
+}
+
+fn package_walks__1gathered_reservoir(gathered: package_walks_Gathered) -> package_lightshed__1path_sample_PathReservoir {
+    let weight = package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
+    if weight > 0.0 {
+        return package_lightshed__1path_sample__1pack_reservoir(gathered.sample, weight, 1.0);
+    }
+    return package_lightshed__1path_sample__1empty_reservoir(1.0);
+}
+
+fn package_walks__1gathered_with(so_far: package_walks_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, replayed: bool, drawing: package_walks_Drawing) -> package_walks_Gathered {
+    var next = so_far;
+    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
+    if !replayed && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
+        next.at_home += contribution * weight;
+        return next;
+    }
+    let u = package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(drawing.pixel, drawing.frame, drawing.choices + so_far.offered).x);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
+    next.selection = offered.selection;
+    next.offered++;
+    if offered.accepted {
+        next.sample = found.sample;
+    }
+    return next;
+}

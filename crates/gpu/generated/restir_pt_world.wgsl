@@ -10,7 +10,7 @@ fn site_of(seen: package_primaries_Primary) -> package_lightshed__1hash_grid_Sur
 
 @compute @workgroup_size(64)
 fn visit(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -27,7 +27,7 @@ fn visit(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn bring(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     let all = package_world_memory_world.each + package_world_memory_world.most;
     if thread / all < package_world_memory__2world_visit_count {
         package_world_memory_terms[thread] = package_world_terms__1term_of(package_world_memory__1world_visits[thread / all], thread % all);
@@ -36,7 +36,7 @@ fn bring(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let number = package_memory_pixels__1thread_number(id, groups);
+    let number = package_threads__1thread_number(id, groups);
     if number >= package_world_memory__2world_visit_count {
         return;
     }
@@ -130,7 +130,7 @@ fn with_cells(pixel: u32, site: package_lightshed__1hash_grid_SurfaceSite) {
 
 @compute @workgroup_size(64)
 fn link(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2702,8 +2702,6 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2719,10 +2717,6 @@ fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -3017,6 +3011,12 @@ fn package_samples__1takes_part(seen: package_primaries_Primary) -> bool {
 fn package_samples__2is_same_sample(a: package_lightshed__1path_sample_PathReservoir, b: package_lightshed__1path_sample_PathReservoir) -> bool {
     let is_alike = all(a.seed == b.seed) && ((a.about ^ b.about) << 7u) == 0u && a.anchor_x == b.anchor_x && a.anchor_y == b.anchor_y && a.anchor_z == b.anchor_z && a.incident == b.incident;
     return is_alike && all(bitcast<vec3u>(a.radiance) == bitcast<vec3u>(b.radiance)) && bitcast<u32>(a.emitter_pdf) == bitcast<u32>(b.emitter_pdf);
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }
 
 const package_world_memory_COPIES: u32 = 32769u;

@@ -2,7 +2,7 @@
 
 @compute @workgroup_size(64)
 fn suffixes(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -11,25 +11,19 @@ fn suffixes(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
         package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1empty_reservoir(0.0);
         return;
     }
-    let found = package__1restir_suffix_candidates__1gather_suffixes(package__1restir_suffix_domain__1suffixes_of(prefix), package__1restir_suffix_domain_frame.candidates, package__1restir_suffix_candidates_Drawing(pixel, package__1restir_suffix_domain_SEEDS, package__1restir_suffix_domain_CHOICES));
-    let weight = package__1restir_suffix_candidates__1gathered_weight(found);
-    if weight > 0.0 {
-        package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1pack_reservoir(found.sample, weight, 1.0);
-    }
-    else {
-        package__1restir_suffix_domain_made[pixel] = package_lightshed__1path_sample__1empty_reservoir(1.0);
-    }
+    let drawing = package_walks_Drawing(pixel, package__1restir_suffix_domain_frame.number, package__1restir_suffix_domain_SEEDS, package__1restir_suffix_domain_CHOICES);
+    package__1restir_suffix_domain_made[pixel] = package_walks__1gathered_reservoir(package__1restir_suffix_candidates__1gather_suffixes(prefix, package__1restir_suffix_domain_frame.candidates, drawing));
 }
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
     let here = package_primaries_primaries[pixel].hit.primitive;
     let there = package_primaries_before[pixel].hit.primitive;
-    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package__1restir_suffix_domain_resembles(here, there) {
+    if here == package_lightshed_ray_NOTHING || there == package_lightshed_ray_NOTHING || !package_seen_resembles(here, there) {
         return;
     }
     if !(package__1restir_suffix_domain_prefixes[pixel].weight > 0.0 && package__1restir_suffix_domain__1prefixes_before[pixel].weight > 0.0) {
@@ -41,7 +35,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -55,7 +49,7 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn sites(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel < package_memory_scene_settings.pixels {
         package__1restir_suffix_sites__1store_site(pixel);
     }
@@ -63,7 +57,7 @@ fn sites(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn integrate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     if thread < package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
         package__1restir_suffix_gather_integrations[thread] = package__1restir_suffix_gather__1integration_prefix(package__1restir_suffix_domain_frame.first + thread / package__1restir_suffix_domain_frame.prefixes, thread % package__1restir_suffix_domain_frame.prefixes);
     }
@@ -71,7 +65,7 @@ fn integrate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
 
 @compute @workgroup_size(64)
 fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     if thread < package__1restir_suffix_domain_frame.count {
         package__1restir_suffix_gather__1choose_own(package__1restir_suffix_domain_frame.first + thread, thread * package__1restir_suffix_domain_frame.prefixes);
     }
@@ -79,7 +73,7 @@ fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
 
 @compute @workgroup_size(64)
 fn own(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     if thread >= package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
         return;
     }
@@ -90,18 +84,16 @@ fn own(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups
     }
     let prefix = package__1restir_suffix_gather_integrations[thread].prefix;
     let number = thread % package__1restir_suffix_domain_frame.prefixes;
-    let drawing = package__1restir_suffix_candidates_Drawing(package__1restir_suffix_domain_frame.first + thread / package__1restir_suffix_domain_frame.prefixes, package__1restir_suffix_domain_OWN + number, package__1restir_suffix_domain__1OWN_CHOICES + package__1restir_suffix_domain__1MOST_CHOICES * number);
-    let found = package__1restir_suffix_candidates__1gather_suffixes(package__1restir_suffix_domain__1suffixes_of(prefix), 1u, drawing);
+    let pixel = package__1restir_suffix_domain_frame.first + thread / package__1restir_suffix_domain_frame.prefixes;
+    let drawing = package_walks_Drawing(pixel, package__1restir_suffix_domain_frame.number, package__1restir_suffix_domain_OWN + number, package__1restir_suffix_domain__1OWN_CHOICES + package__1restir_suffix_domain__1MOST_CHOICES * number);
+    let found = package__1restir_suffix_candidates__1gather_suffixes(prefix, 1u, drawing);
     package__1restir_suffix_gather_integrations[thread].light += prefix.throughput * found.at_home * (prefix.weight * share);
-    let weight = package__1restir_suffix_candidates__1gathered_weight(found);
-    if weight > 0.0 {
-        package__1restir_suffix_gather__1own_suffixes[thread] = package_lightshed__1path_sample__1pack_reservoir(found.sample, weight, 1.0);
-    }
+    package__1restir_suffix_gather__1own_suffixes[thread] = package_walks__1gathered_reservoir(found);
 }
 
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     if thread >= package__1restir_suffix_domain_frame.count * package__1restir_suffix_domain_frame.prefixes {
         return;
     }
@@ -124,7 +116,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
 
 @compute @workgroup_size(64)
 fn resolve(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let thread = package_memory_pixels__1thread_number(id, groups);
+    let thread = package_threads__1thread_number(id, groups);
     if thread >= package__1restir_suffix_domain_frame.count {
         return;
     }
@@ -135,79 +127,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     package__1restir_suffix_domain_image[package__1restir_suffix_domain_frame.first + thread] += vec4f(sum, 0.0);
 }
 
-struct package__1restir_suffix_candidates_Drawing {
-    pixel: u32,
-    seeds: u32,
-    choices: u32
-}
-
-struct package__1restir_suffix_candidates_Gathered {
-    selection: package_lightshed_reservoir_Selection,
-    sample: package_lightshed__1path_sample_PathSample,
-    offered: u32,
-    at_home: vec3f
-}
-
-fn package__1restir_suffix_candidates__1gather_suffixes(domain: package_lightshed__1path_shift_PathDomain, walks: u32, drawing: package__1restir_suffix_candidates_Drawing) -> package__1restir_suffix_candidates_Gathered {
-    var gathered = package__1restir_suffix_candidates_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
-    if !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
-        return gathered;
-    }
-    let roulette_from = max(package_memory_scene_settings.roulette_depth, 2u) - 1u;
-    let share = 1.0 / f32(walks);
-    for (var tree = 0u; tree < walks; tree++) {
-        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package__1restir_suffix_domain_block(drawing.pixel, drawing.seeds + tree).xy);
-        var vertex = domain.first;
-        while (walk.index < domain.max_length) {
-            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, domain.rules, vertex);
-            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
-                gathered = package__1restir_suffix_candidates__1gathered_with(gathered, light, share * walk.weight, drawing);
-            }
-            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
-            let onward = package_lightshed__1path_walk__1walk_onward(walk, domain.rules, vertex, numbers, roulette_from);
-            if !onward.some {
-                break;
-            }
-            let hit = package_lightshed_cwbvh_intersect(onward.ray);
-            let lost = hit.primitive == package_lightshed_ray_NOTHING;
-            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
-                break;
-            }
-            if !lost {
-                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
-            }
-            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, domain.rules, lost, vertex);
-            walk = arrival.walk;
-            if arrival.candidate.some {
-                gathered = package__1restir_suffix_candidates__1gathered_with(gathered, arrival.candidate, share * walk.weight, drawing);
-            }
-            if lost {
-                break;
-            }
-        }
-    }
-    return gathered;
-}
-
-fn package__1restir_suffix_candidates__1gathered_weight(gathered: package__1restir_suffix_candidates_Gathered) -> f32 {
-    return package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
-}
-
-fn package__1restir_suffix_candidates__1gathered_with(so_far: package__1restir_suffix_candidates_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, drawing: package__1restir_suffix_candidates_Drawing) -> package__1restir_suffix_candidates_Gathered {
-    var next = so_far;
-    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
-    if !package_lightshed_connectability_replays(package__1restir_suffix_domain_frame.rules) && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
-        next.at_home += contribution * weight;
-        return next;
-    }
-    let u = package_lightshed_uniform__2f32_from_u32(package__1restir_suffix_domain_block(drawing.pixel, drawing.choices + so_far.offered).x);
-    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
-    next.selection = offered.selection;
-    next.offered++;
-    if offered.accepted {
-        next.sample = found.sample;
-    }
-    return next;
+fn package__1restir_suffix_candidates__1gather_suffixes(prefix: package_lightshed__1path_prefix_PrefixReservoir, walks: u32, drawing: package_walks_Drawing) -> package_walks_Gathered {
+    return package_walks__1gather_walks(package__1restir_suffix_domain__1suffixes_of(prefix), walks, max(package_memory_scene_settings.roulette_depth, 2u) - 1u, drawing);
 }
 
 const package__1restir_suffix_domain_CHOICE: u32 = 2u;
@@ -253,11 +174,6 @@ const package__1restir_suffix_domain__1OWN_CHOICES: u32 = 16777216u;
 
 const package__1restir_suffix_domain__1SUFFIX_TEMPORAL: u32 = 8192u;
 
-fn package__1restir_suffix_domain__1load_normal(primitive: u32) -> vec3f {
-    let triangle = package_memory_scene__1load_triangle(primitive);
-    return vec3f(triangle.normal_x, triangle.normal_yz);
-}
-
 @group(2) @binding(4)
 var<storage, read> package__1restir_suffix_domain__1prefixes_before: array<package_lightshed__1path_prefix_PrefixReservoir>;
 
@@ -269,8 +185,6 @@ fn package__1restir_suffix_domain__1prefixes_of(primary: package_primaries_Prima
 fn package__1restir_suffix_domain__1suffixes_of(prefix: package_lightshed__1path_prefix_PrefixReservoir) -> package_lightshed__1path_shift_PathDomain {
     return package_lightshed__1path_prefix__1suffixes_behind(prefix, package_memory_scene_settings.max_depth, package__1restir_suffix_domain_frame.rules);
 }
-
-const package__1restir_suffix_domain__2LEAST_COS_NORMALS: f32 = 0.5;
 
 fn package__1restir_suffix_domain_block(pixel: u32, index: u32) -> vec4u {
     return package_memory_pixels__1pixel_block(pixel, package__1restir_suffix_domain_frame.number, index);
@@ -290,10 +204,6 @@ var<storage, read_write> package__1restir_suffix_domain_made: array<package_ligh
 
 @group(2) @binding(3)
 var<storage, read_write> package__1restir_suffix_domain_prefixes: array<package_lightshed__1path_prefix_PrefixReservoir>;
-
-fn package__1restir_suffix_domain_resembles(a: u32, b: u32) -> bool {
-    return abs(package_lightshed_vector_dot3(package__1restir_suffix_domain__1load_normal(a), package__1restir_suffix_domain__1load_normal(b))) >= package__1restir_suffix_domain__2LEAST_COS_NORMALS;
-}
 
 struct package__1restir_suffix_gather_Integration {
     prefix: package_lightshed__1path_prefix_PrefixReservoir,
@@ -326,16 +236,10 @@ fn package__1restir_suffix_gather__1choose_own(pixel: u32, first: u32) {
 
 fn package__1restir_suffix_gather__1integration_prefix(pixel: u32, number: u32) -> package__1restir_suffix_gather_Integration {
     let ray = number % package__1restir_suffix_domain_frame.camera_rays;
-    let seen = package__1restir_suffix_gather__1seen_along(pixel, ray);
+    let seen = package__1restir_suffix_gather__1seen_by(pixel, ray);
     var light = vec3f(0.0);
-    if package__1restir_suffix_domain_frame.least_length <= 1u && number < package__1restir_suffix_domain_frame.camera_rays && ray > 0u && package_memory_scene_settings.max_depth > 0u {
-        if seen.hit.primitive == package_lightshed_ray_NOTHING {
-            light = package_lightshed_emitter__1surroundings_radiance(seen.direction);
-        }
-        else {
-            light = package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
-        }
-        light = light / f32(package__1restir_suffix_domain_frame.camera_rays);
+    if package__1restir_suffix_domain_frame.least_length <= 1u && number < package__1restir_suffix_domain_frame.camera_rays && ray > 0u {
+        light = package_seen__1seen_emission(seen) / f32(package__1restir_suffix_domain_frame.camera_rays);
     }
     if seen.hit.primitive == package_lightshed_ray_NOTHING {
         return package__1restir_suffix_gather_Integration(package_lightshed__1path_prefix__1no_prefix(0.0), light, 0.0);
@@ -348,15 +252,14 @@ fn package__1restir_suffix_gather__1integration_prefix(pixel: u32, number: u32) 
 @group(2) @binding(13)
 var<storage, read_write> package__1restir_suffix_gather__1own_suffixes: array<package_lightshed__1path_sample_PathReservoir>;
 
-fn package__1restir_suffix_gather__1seen_along(pixel: u32, ray: u32) -> package_primaries_Primary {
+fn package__1restir_suffix_gather__1seen_by(pixel: u32, ray: u32) -> package_primaries_Primary {
     if ray == 0u {
         return package_primaries_primaries[pixel];
     }
     let words = package__1restir_suffix_domain_block(pixel, package_primaries_CAMERA);
     let own = vec4f(package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__2f32_from_u32(words.y), package_lightshed_uniform__2f32_from_u32(words.z), package_lightshed_uniform__2f32_from_u32(words.w));
     let place = fract(own + f32(ray) * package__1restir_suffix_gather_STEPS);
-    let along = package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + place.xy, place.zw);
-    return package_primaries_Primary(package_lightshed_cwbvh_intersect(along), along.direction, 0u);
+    return package_seen__1seen_along(package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + place.xy, place.zw));
 }
 
 fn package__1restir_suffix_gather_importance(prefix: package_lightshed__1path_prefix_PrefixReservoir) -> f32 {
@@ -402,7 +305,7 @@ fn package__1restir_suffix_sites__2load_surface_site(place: u32) -> package_ligh
     let prefix = package__1restir_suffix_domain_prefixes[pixel];
     let at = 6u * pixel;
     let position = vec3f(package__1restir_suffix_sites__1site_boxes[at], package__1restir_suffix_sites__1site_boxes[at + 1u], package__1restir_suffix_sites__1site_boxes[at + 2u]);
-    return package_lightshed__1nearest_sites_SurfaceSite(position, pixel, package__1restir_suffix_domain__1load_normal(prefix.primitive), prefix.weight > 0.0);
+    return package_lightshed__1nearest_sites_SurfaceSite(position, pixel, package_seen__1load_normal(prefix.primitive), prefix.weight > 0.0);
 }
 
 struct package_inputs_Inputs {
@@ -3330,8 +3233,6 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -3347,10 +3248,6 @@ fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
@@ -3617,7 +3514,7 @@ fn package_reuse__1spatial_blocks() -> u32 {
 
 fn package_reuse_admits(pixel: u32, other: u32) -> bool {
     let there = package__1restir_suffix_domain_prefixes[other];
-    return there.weight > 0.0 && package__1restir_suffix_domain_resembles(package__1restir_suffix_domain_prefixes[pixel].primitive, there.primitive);
+    return there.weight > 0.0 && package_seen_resembles(package__1restir_suffix_domain_prefixes[pixel].primitive, there.primitive);
 }
 
 fn package_reuse_arrived(i: u32) -> package_lightshed__1path_sample_PathSample {
@@ -3634,3 +3531,114 @@ var<private> package_reuse_gathered: vec3f;
 var<private> package_reuse_gathers: bool;
 
 var<private> package_reuse_kept: package_lightshed__1path_sample_PathSample;
+
+fn package_seen__1load_normal(primitive: u32) -> vec3f {
+    let triangle = package_memory_scene__1load_triangle(primitive);
+    return vec3f(triangle.normal_x, triangle.normal_yz);
+}
+
+fn package_seen__1seen_along(ray: package_lightshed_ray_Ray) -> package_primaries_Primary {
+    return package_primaries_Primary(package_lightshed_cwbvh_intersect(ray), ray.direction, 0u);
+}
+
+fn package_seen__1seen_emission(seen: package_primaries_Primary) -> vec3f {
+    if package_memory_scene_settings.max_depth == 0u {
+        return vec3f(0.0);
+    }
+    if seen.hit.primitive == package_lightshed_ray_NOTHING {
+        return package_lightshed_emitter__1surroundings_radiance(seen.direction);
+    }
+    return package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(seen.hit.primitive, seen.hit.barycentric), seen.direction);
+}
+
+const package_seen__2LEAST_COS_NORMALS: f32 = 0.5;
+
+fn package_seen_resembles(a: u32, b: u32) -> bool {
+    return abs(package_lightshed_vector_dot3(package_seen__1load_normal(a), package_seen__1load_normal(b))) >= package_seen__2LEAST_COS_NORMALS;
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}
+
+struct package_walks_Drawing {
+    pixel: u32,
+    frame: u32,
+    seeds: u32,
+    choices: u32
+}
+
+struct package_walks_Gathered {
+    selection: package_lightshed_reservoir_Selection,
+    sample: package_lightshed__1path_sample_PathSample,
+    offered: u32,
+    at_home: vec3f
+}
+
+fn package_walks__1gather_walks(domain: package_lightshed__1path_shift_PathDomain, walks: u32, roulette_from: u32, drawing: package_walks_Drawing) -> package_walks_Gathered {
+    var gathered = package_walks_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
+    if !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
+        return gathered;
+    }
+    let replayed = package_lightshed_connectability_replays(domain.rules);
+    let share = 1.0 / f32(walks);
+    for (var tree = 0u; tree < walks; tree++) {
+        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package_memory_pixels__1pixel_block(drawing.pixel, drawing.frame, drawing.seeds + tree).xy);
+        var vertex = domain.first;
+        while (walk.index < domain.max_length) {
+            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, domain.rules, vertex);
+            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
+                gathered = package_walks__1gathered_with(gathered, light, share * walk.weight, replayed, drawing);
+            }
+            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
+            let onward = package_lightshed__1path_walk__1walk_onward(walk, domain.rules, vertex, numbers, roulette_from);
+            if !onward.some {
+                break;
+            }
+            let hit = package_lightshed_cwbvh_intersect(onward.ray);
+            let lost = hit.primitive == package_lightshed_ray_NOTHING;
+            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
+                break;
+            }
+            if !lost {
+                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+            }
+            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, domain.rules, lost, vertex);
+            walk = arrival.walk;
+            if arrival.candidate.some {
+                gathered = package_walks__1gathered_with(gathered, arrival.candidate, share * walk.weight, replayed, drawing);
+            }
+            if lost {
+                break;
+            }
+        }
+    }
+    return gathered;
+}
+
+fn package_walks__1gathered_reservoir(gathered: package_walks_Gathered) -> package_lightshed__1path_sample_PathReservoir {
+    let weight = package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
+    if weight > 0.0 {
+        return package_lightshed__1path_sample__1pack_reservoir(gathered.sample, weight, 1.0);
+    }
+    return package_lightshed__1path_sample__1empty_reservoir(1.0);
+}
+
+fn package_walks__1gathered_with(so_far: package_walks_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, replayed: bool, drawing: package_walks_Drawing) -> package_walks_Gathered {
+    var next = so_far;
+    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
+    if !replayed && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
+        next.at_home += contribution * weight;
+        return next;
+    }
+    let u = package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(drawing.pixel, drawing.frame, drawing.choices + so_far.offered).x);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
+    next.selection = offered.selection;
+    next.offered++;
+    if offered.accepted {
+        next.sample = found.sample;
+    }
+    return next;
+}

@@ -4,7 +4,7 @@ const UNSCATTERED: u32 = 16777216u;
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -31,7 +31,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel < package_memory_scene_settings.pixels {
         package__1restir_volume_volume_made[pixel] = package__1restir_volume_candidates__1candidate_of(pixel);
     }
@@ -39,7 +39,7 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -53,7 +53,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2886,8 +2886,6 @@ var<storage, read> package_memory_medium_medium: package_memory_medium_MediumSet
 @group(1) @binding(1)
 var<storage, read> package_memory_medium_voxels: array<f32>;
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
     return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
@@ -2911,10 +2909,6 @@ fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_ligh
 
 fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
     return (place.y << 16u) | place.x;
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
@@ -3211,4 +3205,10 @@ fn package_selected__1seen_emission(point: package_lightshed_surface_SurfacePoin
         return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
     }
     return vec3f(0.0);
+}
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
 }

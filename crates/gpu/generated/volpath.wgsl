@@ -63,7 +63,7 @@ fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream
 
 @compute @workgroup_size(64)
 fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2633,8 +2633,6 @@ var<storage, read> package_memory_medium_medium: package_memory_medium_MediumSet
 @group(1) @binding(1)
 var<storage, read> package_memory_medium_voxels: array<f32>;
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
     return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
 }
@@ -2661,10 +2659,6 @@ fn package_memory_pixels__1streamed_ray(pixel: u32, stream: ptr<function, packag
         u_lens.y = package_lightshed_stream__1next_number(stream);
     }
     return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + vec2f(dx, dy), u_lens);
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -2833,3 +2827,9 @@ var<storage, read> package_memory_scene_tables: array<u32>;
 
 @group(0) @binding(2)
 var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}

@@ -54,7 +54,7 @@ fn weighed(emitted: vec3f, bounce: Bounce, pdf: f32) -> vec3f {
 
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_memory_pixels__1thread_number(id, groups);
+    let pixel = package_threads__1thread_number(id, groups);
     if pixel >= package_memory_scene_settings.pixels {
         return;
     }
@@ -2278,8 +2278,6 @@ fn package_memory__1lighting_grid__2load_grid_word(word: u32) -> vec2u {
     return package_memory__1lighting_grid__1grid_words[word];
 }
 
-const package_memory_pixels_GROUP: u32 = 64u;
-
 fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
     return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
 }
@@ -2306,10 +2304,6 @@ fn package_memory_pixels__1streamed_ray(pixel: u32, stream: ptr<function, packag
         u_lens.y = package_lightshed_stream__1next_number(stream);
     }
     return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + vec2f(dx, dy), u_lens);
-}
-
-fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
 }
 
 struct package_memory_scene_Settings {
@@ -2478,3 +2472,9 @@ var<storage, read> package_memory_scene_tables: array<u32>;
 
 @group(0) @binding(2)
 var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_threads_GROUP: u32 = 64u;
+
+fn package_threads__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_threads_GROUP;
+}

@@ -63,10 +63,7 @@ const ON_DEVICE: [(&str, Ask); 10] = [
         let mut settings = RestirDiSettings::UNBIASED;
         if let Some((world, both)) = method.values().world_reuse() {
             check_world(&world)?;
-            settings.world = Some(world);
-            if !both {
-                (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
-            }
+            settings = settings.with_world(world, both);
         }
         Ok(Asked::RestirDi {
             settings,
@@ -78,10 +75,7 @@ const ON_DEVICE: [(&str, Ask); 10] = [
         options.temporal_cap = method.values().temporal_cap(options.temporal_cap);
         if let Some((world, both)) = method.values().world_reuse() {
             check_world(&world)?;
-            options.world = Some(world);
-            if !both {
-                (options.temporal_cap, options.rounds) = (None, 0);
-            }
+            options = options.with_world(world, both);
         }
         Ok(Asked::RestirPt(options))
     }),

@@ -270,6 +270,9 @@ impl<'a> GpuPathTracer<'a> {
     pub fn render(&mut self, first: u32, count: u32, seed: u64) -> Result<GpuImage, GpuError> {
         self.times.clear();
         self.prepare(seed);
+        let mut work = self.gpu.work();
+        work.clear(&self.memory.film, self.memory.film.bytes());
+        work.submit();
         let mut done = 0;
         while done < count {
             let samples = self.samples.min(count - done);
@@ -318,15 +321,12 @@ impl<'a> GpuPathTracer<'a> {
         width * height
     }
 
-    /// Sets what is rendered, and clears the sums.
+    /// Sets what is rendered.
     fn prepare(&self, seed: u64) {
         let settings = self
             .scene
             .kernel_settings(seed, self.max_depth, self.roulette_depth);
         self.gpu.write(&self.memory.settings, &[settings]);
-        let mut work = self.gpu.work();
-        work.clear(&self.memory.film, self.memory.film.bytes());
-        work.submit();
     }
 
     fn step(&self, depth: u32, sample: u32, samples: u32) -> Result<Buffer, GpuError> {

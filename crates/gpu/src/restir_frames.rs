@@ -16,9 +16,9 @@ pub(crate) const MOST_NEIGHBOURS: u32 = 8;
 // What a pixel reads of cells is held as neighbours are.
 const _: () = assert!(MOST_READS <= MOST_NEIGHBOURS);
 /// Bytes of what a pixel sees.
-const PRIMARY_BYTES: u64 = 32;
+pub(crate) const PRIMARY_BYTES: u64 = 32;
 /// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
+pub(crate) const IMAGE_BYTES: u64 = 16;
 
 /// Frames of spatiotemporal reuse: what pixels see, their own candidates, a merge with the previous
 /// frame, and rounds of merges with neighbours, the last of which shades. Cells of space, if there

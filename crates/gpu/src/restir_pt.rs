@@ -71,7 +71,7 @@ struct Frame {
 }
 
 /// Bytes of a pixel's reservoir.
-const RESERVOIR_BYTES: u64 = 64;
+pub(crate) const RESERVOIR_BYTES: u64 = 64;
 /// Longest path that a reservoir holds, in edges.
 const LONGEST_PATH: u32 = 126;
 
@@ -118,15 +118,7 @@ impl<'a> GpuRestirPt<'a> {
             .thresholds(scene.extent(), scene.is_diffuse())
             .map_err(|error| GpuError::Settings(error.to_string().into()))?;
         check(&options)?;
-        let Neighbourhood::Disk { radius, count } = options.neighbourhood else {
-            return Err(GpuError::Settings("neighbours have to lie in a disk".into()));
-        };
-        if count > MOST_NEIGHBOURS {
-            return Err(GpuError::Settings("at most 8 neighbours are possible".into()));
-        }
-        if !(radius >= 0.0 && radius.is_finite()) {
-            return Err(GpuError::Settings("the radius must be finite".into()));
-        }
+        let (count, radius) = disk(options.neighbourhood)?;
         let program = ReuseProgram {
             name: "restir-pt",
             wgsl: program,
@@ -143,23 +135,43 @@ impl<'a> GpuRestirPt<'a> {
                 shades: options.rounds == 0,
             }),
         };
-        let asked = scene.settings();
         Ok(Self {
             frames: RestirFrames::new(gpu, scene, &program)?,
             options,
             neighbours: if options.rounds == 0 { 0 } else { count },
             radius,
             rules: rules.into(),
-            depths: [
-                asked.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH),
-                asked.roulette_depth,
-            ],
+            depths: depths_of(scene),
         })
     }
 
     /// Bytes on the device, the scene's apart.
     pub fn bytes(&self) -> u64 {
         self.frames.bytes()
+    }
+}
+
+/// Longest path of a scene that reservoirs hold, and the first edge at which roulette may end one.
+pub(crate) fn depths_of(scene: &GpuScene) -> [u32; 2] {
+    let asked = scene.settings();
+    [
+        asked.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH),
+        asked.roulette_depth,
+    ]
+}
+
+/// How many neighbours there are, and within how many pixels.
+pub(crate) fn disk(neighbourhood: Neighbourhood) -> Result<(u32, f32), GpuError> {
+    let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
+    match neighbourhood {
+        Neighbourhood::Disk { count, .. } if count > MOST_NEIGHBOURS => {
+            refused("at most 8 neighbours are possible")
+        }
+        Neighbourhood::Disk { radius, .. } if !(radius >= 0.0 && radius.is_finite()) => {
+            refused("the radius must be finite")
+        }
+        Neighbourhood::Disk { radius, count } => Ok((count, radius)),
+        Neighbourhood::Window { .. } => refused("neighbours have to lie in a disk"),
     }
 }
 

@@ -6,13 +6,12 @@ mod tests;
 
 use crate::bindings::{SceneBindings, SuffixBindings, Table};
 use crate::programs::{RESTIR_PREFIX, RESTIR_SUFFIX};
-use crate::restir_frames::MOST_NEIGHBOURS;
-use crate::restir_pt::Rules;
+use crate::restir_pt::{Rules, depths_of, disk};
 use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use frames::SuffixFrames;
 use lightshed_film::RayCounts;
-use lightshed_integrator::{MAX_PREFIXES, Neighbourhood, PathMapping, RestirSuffixOptions};
+use lightshed_integrator::{MAX_PREFIXES, PathMapping, RestirSuffixOptions};
 use lightshed_shift::Connectability;
 
 /// Suffix reuse (Kettunen 2023): the estimator of `lightshed_integrator::RestirSuffix` for a camera
@@ -60,8 +59,6 @@ struct Frame {
     padding: [u32; 2],
 }
 
-/// Longest path that a reservoir holds, in edges.
-const LONGEST_PATH: u32 = 126;
 /// Most suffixes that a prefix borrows, as the shader module `nearest_sites` has it.
 const MOST_BORROWED: u32 = 8;
 /// Sites that are none lie so many times the scene's size from the camera.
@@ -125,8 +122,7 @@ impl<'a> GpuRestirSuffix<'a> {
         // vertex where they can.
         let ends = Connectability::hybrid(suffixes.min_roughness, rules.min_distance())
             .map_err(|error| settings(&error))?;
-        let (neighbours, radius) = neighbours(suffixes.neighbourhood)?;
-        let of_scene = scene.settings();
+        let (neighbours, radius) = disk(suffixes.neighbourhood)?;
         let asked = Frame {
             rules: rules.into(),
             ends: ends.into(),
@@ -150,12 +146,8 @@ impl<'a> GpuRestirSuffix<'a> {
             count: 0,
             padding: [0; 2],
         };
-        let depths = [
-            of_scene.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH),
-            of_scene.roulette_depth,
-        ];
         Ok(Self {
-            frames: SuffixFrames::new(gpu, scene, programs, options.prefixes, depths)?,
+            frames: SuffixFrames::new(gpu, scene, programs, options.prefixes, depths_of(scene))?,
             asked,
             temporal: suffixes.temporal_cap.is_some(),
             rounds: if neighbours > 0 { suffixes.rounds } else { 0 },
@@ -165,20 +157,6 @@ impl<'a> GpuRestirSuffix<'a> {
     /// Bytes on the device, the scene's apart.
     pub fn bytes(&self) -> u64 {
         self.frames.bytes()
-    }
-}
-
-fn neighbours(neighbourhood: Neighbourhood) -> Result<(u32, f32), GpuError> {
-    let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
-    match neighbourhood {
-        Neighbourhood::Disk { count, .. } if count > MOST_NEIGHBOURS => {
-            refused("at most 8 neighbours are possible")
-        }
-        Neighbourhood::Disk { radius, .. } if !(radius >= 0.0 && radius.is_finite()) => {
-            refused("the radius must be finite")
-        }
-        Neighbourhood::Disk { radius, count } => Ok((count, radius)),
-        Neighbourhood::Window { .. } => refused("neighbours have to lie in a disk"),
     }
 }
 

@@ -4,20 +4,17 @@ use super::{Frame, TABLES};
 use crate::bindings::{BoundGroup, SuffixBindings};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
+use crate::restir_frames::{IMAGE_BYTES, PRIMARY_BYTES, bytes_per_pixel};
+use crate::restir_pt::RESERVOIR_BYTES;
 use crate::scene::Settings;
 use crate::{Buffer, BvhBuilder, Gpu, GpuBvh, GpuError, GpuScene, Kernel, PassTime, Work};
 use lightshed_film::RayCounts;
 
-/// Bytes of what a pixel sees.
-const PRIMARY_BYTES: u64 = 32;
-/// Bytes of a reservoir of prefixes, and of one of suffixes.
-const RESERVOIR_BYTES: u64 = 64;
-/// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
 /// Bytes of the box of a site.
 const BOX_BYTES: u64 = 24;
-/// Bytes of a pixel, but for the tree and for integration prefixes.
-pub(super) const BYTES_PER_PIXEL: u64 = 2 * (PRIMARY_BYTES + 2 * RESERVOIR_BYTES) + IMAGE_BYTES + BOX_BYTES;
+/// Bytes of a pixel, but for the tree and for integration prefixes. Reservoirs of prefixes are as
+/// large as those of paths.
+pub(super) const BYTES_PER_PIXEL: u64 = bytes_per_pixel(2 * RESERVOIR_BYTES) + BOX_BYTES;
 /// Bytes of an integration prefix.
 const INTEGRATION_BYTES: u64 = 80;
 /// Most integration prefixes in memory at a time, but for those of a single pixel.

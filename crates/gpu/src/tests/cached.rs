@@ -187,11 +187,7 @@ fn apart(
 /// Frames of the method equal those of the host alone, to rounding; and use 20 bytes more a pixel.
 #[test]
 fn frames_are_those_of_the_cpu() {
-    let Some(gpu) = gpu() else { return };
-    if !gpu.is_exact() {
-        println!("SKIPPED: other branches are another image");
-        return;
-    }
+    let Some(gpu) = exact_gpu() else { return };
     let scene = sized(builtin::door_gap());
     let flat = GpuScene::new(gpu, &scene).expect("the scene is flat");
     for samples in [1, 2] {
@@ -218,11 +214,7 @@ fn frames_are_those_of_the_cpu() {
 /// does not. A device that keeps what the cache answered first is found.
 #[test]
 fn a_cache_that_learns_is_followed() {
-    let Some(gpu) = gpu() else { return };
-    if !gpu.is_exact() {
-        println!("SKIPPED: other branches are another image");
-        return;
-    }
+    let Some(gpu) = exact_gpu() else { return };
     let scene = sized(builtin::door_gap());
     let flat = GpuScene::new(gpu, &scene).expect("the scene is flat");
     let options = CachedPathsOptions {

@@ -113,11 +113,7 @@ fn guided_paths_are_those_of_the_cpu() {
 /// alone to rounding; also once the guide was dropped.
 #[test]
 fn frames_are_those_of_the_cpu() {
-    let Some(gpu) = gpu() else { return };
-    if !gpu.is_exact() {
-        println!("SKIPPED: other branches are another image");
-        return;
-    }
+    let Some(gpu) = exact_gpu() else { return };
     let cancel = AtomicBool::new(false);
     for (name, description, may_drop, frames) in [
         ("lighthouse", builtin::lighthouse(), false, 6),

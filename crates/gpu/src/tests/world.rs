@@ -2,7 +2,7 @@
 //! paths.
 
 use crate::programs::{RESTIR_DI, RESTIR_DI_WORLD};
-use crate::tests::support::{Chains, faulty, gpu, host_means};
+use crate::tests::support::{Chains, exact_gpu, faulty, gpu, host_means};
 use crate::{Gpu, GpuError, GpuMethod, GpuRestirDi, GpuScene, GpuStage};
 use glam::Vec3;
 use lightshed_film::{FrameMethod, PixelEstimator};
@@ -21,17 +21,18 @@ fn sized(mut description: SceneDescription) -> Scene {
     Scene::new(&description).expect("built-in scenes are sound")
 }
 
-fn settings(both: bool) -> RestirDiSettings {
+/// Cells for small images and short chains.
+pub(crate) fn few_cells() -> WorldReuse {
     let mut reuse = WorldReuse::default();
     reuse.slots = 1 << 10;
     reuse.cell_pixels = 8.0;
     // Sites move within a chain.
     reuse.renewal = 4;
-    let mut settings = RestirDiSettings::UNBIASED;
-    settings.world = Some(reuse);
-    settings.temporal_reuse = both;
-    settings.spatial_rounds = u32::from(both);
-    settings
+    reuse
+}
+
+fn settings(both: bool) -> RestirDiSettings {
+    RestirDiSettings::UNBIASED.with_world(few_cells(), both)
 }
 
 fn method<'a>(gpu: &'a Gpu, scene: &'a GpuScene, both: bool, world: &str) -> GpuRestirDi<'a> {
@@ -48,11 +49,7 @@ fn method<'a>(gpu: &'a Gpu, scene: &'a GpuScene, both: bool, world: &str) -> Gpu
 /// The cells of what the device's pixels see are those of the host, in the same slots.
 #[test]
 fn pixels_have_the_cells_of_the_host() {
-    let Some(gpu) = gpu() else { return };
-    if !gpu.is_exact() {
-        println!("SKIPPED: positions are rounded in another way");
-        return;
-    }
+    let Some(gpu) = exact_gpu() else { return };
     let scene = sized(builtin::cornell_glossy());
     let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
     let reuse = settings(false).world.expect("it has cells");

@@ -2,9 +2,10 @@
 
 use crate::programs::{RESTIR_PT, RESTIR_PT_WORLD};
 use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
+use crate::tests::world::few_cells;
 use crate::{Gpu, GpuMethod, GpuRestirPt, GpuScene};
 use lightshed_film::PixelEstimator;
-use lightshed_integrator::{PathMapping, PathTracer, RestirPtOptions, WorldReuse};
+use lightshed_integrator::{PathMapping, PathTracer, RestirPtOptions};
 use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin};
 use lightshed_testkit::MeanTest;
 
@@ -23,16 +24,7 @@ fn method<'a>(
     (mapping, both): (PathMapping, bool),
     world: &str,
 ) -> GpuRestirPt<'a> {
-    let mut reuse = WorldReuse::default();
-    reuse.slots = 1 << 10;
-    reuse.cell_pixels = 8.0;
-    // Sites move within a chain.
-    reuse.renewal = 4;
-    let mut options = RestirPtOptions::real_time(mapping);
-    options.world = Some(reuse);
-    if !both {
-        (options.temporal_cap, options.rounds) = (None, 0);
-    }
+    let options = RestirPtOptions::real_time(mapping).with_world(few_cells(), both);
     GpuRestirPt::of_programs(gpu, scene, options, [RESTIR_PT, world]).expect("the program is sound")
 }
 

@@ -286,10 +286,7 @@ pub static METHODS: &[MethodEntry] = &[
             options.direct_samples = values.direct_samples(options.direct_samples);
             options.temporal_cap = values.temporal_cap(options.temporal_cap);
             if let Some((world, both)) = values.world_reuse() {
-                options.world = Some(world);
-                if !both {
-                    (options.temporal_cap, options.rounds) = (None, 0);
-                }
+                options = options.with_world(world, both);
             }
             options.mutations = values.get(&options::MUTATIONS).unwrap_or(0);
             restir_pt(stage, values, motion, options)
@@ -460,14 +457,11 @@ fn restir_di<'b>(
 }
 
 /// With reservoirs where the options say.
-fn in_world(values: &MethodValues, mut settings: RestirDiSettings) -> RestirDiSettings {
-    if let Some((world, both)) = values.world_reuse() {
-        settings.world = Some(world);
-        if !both {
-            (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
-        }
+fn in_world(values: &MethodValues, settings: RestirDiSettings) -> RestirDiSettings {
+    match values.world_reuse() {
+        Some((world, both)) => settings.with_world(world, both),
+        None => settings,
     }
-    settings
 }
 
 fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {

@@ -77,6 +77,24 @@ impl RestirDiSettings {
         ..Self::UNBIASED
     };
 
+    /// The same with reservoirs in cells of space, beside reuse among pixels and in time (`both`)
+    /// or in its place.
+    #[must_use]
+    pub fn with_world(self, world: WorldReuse, both: bool) -> Self {
+        let settings = Self {
+            world: Some(world),
+            ..self
+        };
+        match both {
+            true => settings,
+            false => Self {
+                temporal_reuse: false,
+                spatial_rounds: 0,
+                ..settings
+            },
+        }
+    }
+
     /// The pattern of neighbours, if the settings are valid.
     ///
     /// # Errors

@@ -223,6 +223,24 @@ impl RestirPtOptions {
         }
     }
 
+    /// The same with reservoirs in cells of space, beside reuse among pixels and in time (`both`)
+    /// or in its place.
+    #[must_use]
+    pub fn with_world(self, world: WorldReuse, both: bool) -> Self {
+        let options = Self {
+            world: Some(world),
+            ..self
+        };
+        match both {
+            true => options,
+            false => Self {
+                temporal_cap: None,
+                rounds: 0,
+                ..options
+            },
+        }
+    }
+
     /// Number of the frame whose pixels are kept until frame number `frame`: without reuse in time,
     /// one is enough.
     pub(crate) fn kept_frame(&self, frame: u32) -> u32 {

@@ -14,10 +14,7 @@ fn in_cells() -> RestirDiSettings {
     let mut world = WorldReuse::default();
     (world.cell_pixels, world.reservoirs, world.contributors) = (8.0, 4, 6);
     (world.confidence_cap, world.renewal) = (40.0, 3);
-    let mut settings = settings();
-    (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
-    settings.world = Some(world);
-    settings
+    settings().with_world(world, false)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -25,18 +25,14 @@ fn cells() -> WorldReuse {
 
 /// Without reuse on the screen, or beside it.
 fn options(both: bool) -> RestirPtOptions {
-    let mut options = RestirPtOptions {
+    let options = RestirPtOptions {
         neighbourhood: Neighbourhood::Disk {
             radius: 6.0,
             count: 3,
         },
-        world: Some(cells()),
         ..RestirPtOptions::real_time(PathMapping::Hybrid)
     };
-    if !both {
-        (options.temporal_cap, options.rounds) = (None, 0);
-    }
-    options
+    options.with_world(cells(), both)
 }
 
 fn depths(mut description: SceneDescription, side: u32) -> Scene {
@@ -167,12 +163,7 @@ fn frames(method: &mut dyn FrameMethod, threads: usize) -> (Vec<Rgb>, Vec<(&'sta
 }
 
 fn gi_settings(both: bool) -> RestirDiSettings {
-    let mut settings = RestirDiSettings::UNBIASED;
-    settings.world = Some(cells());
-    if !both {
-        (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
-    }
-    settings
+    RestirDiSettings::UNBIASED.with_world(cells(), both)
 }
 
 /// A frame's bits do not depend on the number of threads, and figures count what cells hold.
