@@ -29,10 +29,9 @@
 
 use lightshed_lanes::{LaneWords, Lanes};
 
+use crate::linked::{is_linked, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
-use crate::sobol::{
-    GROUP, permute_upwards, permute_upwards_lanes, reverse_bits_lanes, reversed_sobol, reversed_sobol_lanes,
-};
+use crate::sobol::{GROUP, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::uniform::f32_from_u32;
 
 /// The Sobol dimension whose points shift those of each dimension from pixel to pixel. Of all
@@ -44,6 +43,7 @@ const SHIFTED_BY: [usize; GROUP] = [0, 3, 2, 1];
 /// What all pixels and samples share in one group of dimensions.
 #[derive(Clone, Copy, Debug)]
 struct Group {
+    number: u32,
     scrambles: [u32; GROUP],
     sample_order: u32,
     pixel_order: u32,
@@ -64,6 +64,7 @@ impl Group {
         };
         let [sample_order, pixel_order, origin, kind] = words(1);
         Self {
+            number: group,
             scrambles: words(0),
             sample_order,
             pixel_order,
@@ -100,10 +101,20 @@ impl Group {
         reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(along), order))
     }
 
+    /// The coordinates of a pixel's sample before pixels shift them, bits reversed.
+    #[inline(always)]
+    fn own(&self, sample: u32) -> [u32; GROUP] {
+        let index = if is_linked(self.number) {
+            sample
+        } else {
+            permute_upwards(sample.reverse_bits(), self.sample_order).reverse_bits()
+        };
+        reversed_point(self.number, index)
+    }
+
     #[inline(always)]
     fn point(&self, pixel: u32, sample: u32) -> [u32; GROUP] {
-        let index = permute_upwards(sample.reverse_bits(), self.sample_order).reverse_bits();
-        let (own, shifts) = (reversed_sobol(index), reversed_sobol(self.rank(pixel)));
+        let (own, shifts) = (self.own(sample), reversed_point(0, self.rank(pixel)));
         let mut point = [0; GROUP];
         for (dimension, word) in point.iter_mut().enumerate() {
             let shifted = own[dimension] ^ pascal(shifts[SHIFTED_BY[dimension]]);
@@ -217,11 +228,15 @@ impl BlueNoiseSampler {
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
         let group = Group::new(seed, block);
-        let order = L::Words::splat(group.sample_order);
-        let index = reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order));
+        let index = if is_linked(block) {
+            sample
+        } else {
+            let order = L::Words::splat(group.sample_order);
+            reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
+        };
         let (own, shifts) = (
-            reversed_sobol_lanes(index),
-            reversed_sobol_lanes(group.rank_lanes(pixel)),
+            reversed_point_lanes(block, index),
+            reversed_point_lanes(0, group.rank_lanes(pixel)),
         );
         let mut point = own;
         for dimension in 0..GROUP {
@@ -280,12 +295,11 @@ mod tests {
     }
 
     fn point(fault: Option<Fault>, group: &Group, pixel: u32, sample: u32) -> [u32; GROUP] {
-        let shifts = reversed_sobol(group.rank(pixel));
+        let shifts = reversed_point(0, group.rank(pixel));
         match fault {
             None => group.point(pixel, sample),
             Some(Fault::NotPascal) => {
-                let index = permute_upwards(sample.reverse_bits(), group.sample_order).reverse_bits();
-                let own = reversed_sobol(index);
+                let own = group.own(sample);
                 core::array::from_fn(|d| {
                     permute_upwards(own[d] ^ shifts[SHIFTED_BY[d]], group.scrambles[d]).reverse_bits()
                 })

@@ -69,6 +69,7 @@ mod color;
 mod direction;
 mod fixed;
 mod frame;
+mod linked;
 mod measure;
 mod octahedral;
 pub mod parallel;

@@ -25,6 +25,7 @@ use core::convert::Infallible;
 use lightshed_lanes::{LaneWords, Lanes};
 use rand::TryRng;
 
+use crate::linked::{is_linked, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
 use crate::uniform::f32_from_u32;
 
@@ -34,7 +35,7 @@ pub(crate) const GROUP: usize = 4;
 /// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`.
 /// Reversed, because the scrambling hash works from the highest bit of a coordinate down and
 /// integer arithmetic carries upwards.
-const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
+pub(crate) const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
     // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 …
     // m_s)
     const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] =
@@ -71,43 +72,6 @@ const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
     directions
 };
 
-/// The same for four bits of the index at once: `[nibble's place][nibble][dimension]`, 2 KiB. An
-/// eighth of the loads of [`REVERSED_DIRECTIONS`], which a shader may use instead.
-const REVERSED_NIBBLES: [[[u32; GROUP]; 16]; 8] = {
-    let mut nibbles = [[[0; GROUP]; 16]; 8];
-    let mut place = 0;
-    while place < 8 {
-        let mut nibble = 0;
-        while nibble < 16 {
-            let mut bit = 0;
-            while bit < 4 {
-                let mut dimension = 0;
-                while dimension < GROUP && nibble >> bit & 1 == 1 {
-                    nibbles[place][nibble][dimension] ^= REVERSED_DIRECTIONS[4 * place + bit][dimension];
-                    dimension += 1;
-                }
-                bit += 1;
-            }
-            nibble += 1;
-        }
-        place += 1;
-    }
-    nibbles
-};
-
-/// Four coordinates of Sobol point `index`, bits reversed.
-#[inline(always)]
-pub(crate) fn reversed_sobol(index: u32) -> [u32; GROUP] {
-    let mut point = [0; GROUP];
-    for (place, nibbles) in REVERSED_NIBBLES.iter().enumerate() {
-        let term = &nibbles[(index >> (4 * place) & 15) as usize];
-        for dimension in 0..GROUP {
-            point[dimension] ^= term[dimension];
-        }
-    }
-    point
-}
-
 /// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
 /// (Vegdahl 2021). Requires well-mixed seeds.
 #[inline(always)]
@@ -138,23 +102,6 @@ pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
     let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
     let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
     (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
-}
-
-/// [`reversed_sobol`] of eight indices. The first dimension is the index: its directions are the
-/// bits themselves.
-#[inline(always)]
-pub(crate) fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
-    let mut point = [index, W::splat(0), W::splat(0), W::splat(0)];
-    let mut rest = index;
-    for directions in &REVERSED_DIRECTIONS {
-        // All bits of a lane are set where the index has this one.
-        let has = (rest & W::splat(1)) * W::splat(!0);
-        rest = rest.shift_right::<1>();
-        point[1] = point[1] ^ (has & W::splat(directions[1]));
-        point[2] = point[2] ^ (has & W::splat(directions[2]));
-        point[3] = point[3] ^ (has & W::splat(directions[3]));
-    }
-    point
 }
 
 /// Final mix of MurmurHash3: makes one more seed from existing ones.
@@ -244,9 +191,13 @@ impl SobolSampler {
             [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
             [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
         );
-        let order = mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
-        let index = reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order));
-        let [a, b, c, d] = reversed_sobol_lanes(index);
+        let index = if is_linked(block) {
+            sample
+        } else {
+            let order = mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
+            reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
+        };
+        let [a, b, c, d] = reversed_point_lanes(block, index);
         [
             reverse_bits_lanes(permute_upwards_lanes(a, seeds[0])),
             reverse_bits_lanes(permute_upwards_lanes(b, seeds[1])),
@@ -262,9 +213,13 @@ impl SobolSampler {
             [group, STREAM_SOBOL, 0, 0],
             [self.seed[0], self.seed[1], self.pixel, 0],
         );
-        let order = mix(seeds[0] ^ seeds[1].rotate_left(16));
-        let index = permute_upwards(self.sample.reverse_bits(), order).reverse_bits();
-        let mut point = reversed_sobol(index);
+        let index = if is_linked(group) {
+            self.sample
+        } else {
+            let order = mix(seeds[0] ^ seeds[1].rotate_left(16));
+            permute_upwards(self.sample.reverse_bits(), order).reverse_bits()
+        };
+        let mut point = reversed_point(group, index);
         for (coordinate, seed) in point.iter_mut().zip(seeds) {
             *coordinate = permute_upwards(*coordinate, seed).reverse_bits();
         }
@@ -365,7 +320,7 @@ mod tests {
             [0.6875, 0.8125, 0.4375],
         ];
         for (n, point) in (0u32..).zip(listed) {
-            let words = reversed_sobol(n ^ (n >> 1)).map(u32::reverse_bits);
+            let words = reversed_point(0, n ^ (n >> 1)).map(u32::reverse_bits);
             assert_eq!(words.map(f32_from_u32)[..3], point, "point {n}");
         }
     }
@@ -376,18 +331,6 @@ mod tests {
             failure_persistence: None,
             ..Default::default()
         })]
-
-        /// The points are linear in the index over GF(2), with the direction numbers as columns.
-        #[test]
-        fn nibbles_equal_single_bits(index: u32) {
-            let mut point = [0; GROUP];
-            for (bit, directions) in REVERSED_DIRECTIONS.iter().enumerate() {
-                for dimension in 0..GROUP {
-                    point[dimension] ^= directions[dimension] * (index >> bit & 1);
-                }
-            }
-            prop_assert_eq!(reversed_sobol(index), point);
-        }
 
         /// The property that defines Owen's scrambling: words that agree in exactly the low `k`
         /// bits map to words that agree in exactly the low `k` bits.

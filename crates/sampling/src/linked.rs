@@ -1,0 +1,120 @@
+//! Sobol points whose groups of four dimensions belong together.
+//!
+//! Each group has the points of the first four dimensions of Sobol's sequence, the best ones. Group
+//! `g` has them in an order of its own: coordinate `d` of sample `s` is, over GF(2),
+//!
+//! > `x_{g,d} = S_d M_g s`,
+//!
+//! with `S_d` the generator matrix of Sobol dimension `d` and `M_g` upper triangular with ones on
+//! its diagonal. `M_g` permutes each aligned block of `2^m` samples within itself, for all `m`, so a
+//! group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
+//! evenly it fills pairs of groups depends on the matrices. They are chosen by search
+//! (`examples/link_groups.rs`): of twenty thousand candidates the one for which the error of
+//! integrands that depend on the group and one earlier group is least, over 4 to 4,096 samples.
+//! Groups in random orders (Burley 2020, §5) are to each other as independent numbers are.
+
+use lightshed_lanes::LaneWords;
+
+use crate::sobol::{GROUP, REVERSED_DIRECTIONS};
+
+/// Groups that belong together: the camera's, and those of fifteen vertices of a path.
+const LINKED: usize = 32;
+
+/// What [`columns`] makes the matrix of each group from. Group 0 has the identity.
+const MATRIX_SEEDS: [u32; LINKED] = [
+    0x00000000, 0x7c172601, 0x0165ee23, 0xe2199409, 0xac6c9c0b, 0x11a23bbd, 0xf24e973d, 0x828baf01,
+    0x11bf63bd, 0x9ccea7df, 0xd5958707, 0xdf6264a3, 0xc06b8fe3, 0x7f1b353f, 0xf5d7692f, 0x1b067955,
+    0xcca35d17, 0x553b8fdd, 0x69d96bbf, 0x86bfe5ab, 0xdad53db5, 0x736bd3bd, 0x39cdae37, 0x1d8b2547,
+    0x9b4b07b3, 0x75e0984f, 0xdf027e3d, 0x18fcba2d, 0xe30d700f, 0x7e896ee1, 0x4c922d4b, 0x3401558f,
+];
+
+/// The columns of the matrix that `seed` stands for: bit `c` of column `c` is set, those below are
+/// hashed, those above are zero. The identity for 0.
+pub(crate) const fn columns(seed: u32) -> [u32; 32] {
+    let mut columns = [0; 32];
+    let mut c = 0;
+    while c < 32 {
+        let mut x = seed ^ (c as u32).wrapping_mul(0x9e37_79b9);
+        x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
+        x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
+        x ^= x >> 16;
+        let below = if seed == 0 { 0 } else { x & ((1 << c) - 1) };
+        columns[c] = 1 << c | below;
+        c += 1;
+    }
+    columns
+}
+
+/// The columns of `S_d M_g`, bits reversed: `[g][bit of the index][d]`, 16 KiB, of which `n` samples
+/// read the first `log₂ n` rows of each group.
+static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
+    let mut table = [[[0; GROUP]; 32]; LINKED];
+    let mut group = 0;
+    while group < LINKED {
+        let columns = columns(MATRIX_SEEDS[group]);
+        let mut bit = 0;
+        while bit < 32 {
+            let mut from = 0;
+            while from <= bit {
+                let mut dimension = 0;
+                while dimension < GROUP && columns[bit] >> from & 1 == 1 {
+                    table[group][bit][dimension] ^= REVERSED_DIRECTIONS[from][dimension];
+                    dimension += 1;
+                }
+                from += 1;
+            }
+            bit += 1;
+        }
+        group += 1;
+    }
+    table
+};
+
+/// Whether group `group` belongs together with all earlier ones. Later groups have the matrices of
+/// earlier ones and need indices in a random order.
+#[inline(always)]
+pub(crate) fn is_linked(group: u32) -> bool {
+    group < LINKED as u32
+}
+
+#[inline(always)]
+fn rows(group: u32) -> &'static [[u32; GROUP]; 32] {
+    &REVERSED[group as usize % LINKED]
+}
+
+/// The four coordinates of point `index` of group `group`, bits reversed.
+#[inline(always)]
+pub(crate) fn reversed_point(group: u32, mut index: u32) -> [u32; GROUP] {
+    let mut point = [0; GROUP];
+    for row in rows(group) {
+        if index == 0 {
+            break;
+        }
+        let has = (index & 1).wrapping_neg();
+        index >>= 1;
+        for dimension in 0..GROUP {
+            point[dimension] ^= row[dimension] & has;
+        }
+    }
+    point
+}
+
+/// [`reversed_point`] of eight indices.
+#[inline(always)]
+pub(crate) fn reversed_point_lanes<W: LaneWords>(group: u32, index: W) -> [W; GROUP] {
+    let mut point = [W::splat(0); GROUP];
+    let mut bits = index.store().iter().fold(0, |all, one| all | one);
+    let mut rest = index;
+    for row in rows(group) {
+        if bits == 0 {
+            break;
+        }
+        // All bits of a lane are set where the index has this one.
+        let has = (rest & W::splat(1)) * W::splat(!0);
+        (bits, rest) = (bits >> 1, rest.shift_right::<1>());
+        for dimension in 0..GROUP {
+            point[dimension] = point[dimension] ^ (has & W::splat(row[dimension]));
+        }
+    }
+    point
+}
