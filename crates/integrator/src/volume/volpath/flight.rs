@@ -1,6 +1,7 @@
 //! Free flight and transmittance in one medium.
 
-use lightshed_sampling::CounterRng;
+use lightshed_sampling::rand::Rng;
+use lightshed_sampling::{CounterRng, f32_from_u32};
 use lightshed_scene::volume::{
     Control, DensityField, Interval, decomposition_tracking, delta_tracking, ratio_tracking,
     residual_ratio_tracking, spectral_delta_tracking, spectral_ratio_tracking,
@@ -72,7 +73,7 @@ pub(crate) fn fly(
     t_max: f32,
     tracking: VolumeTracking,
     channels: &mut Channels,
-    rng: &mut CounterRng,
+    rng: &mut impl Rng,
 ) -> Option<f32> {
     let extinction = medium.extinction() * ray.direction.length();
     match medium.density() {
@@ -104,7 +105,7 @@ pub(crate) fn fly(
         }
         MediumDensity::Homogeneous => {
             let rate = extinction[channels.hero];
-            let t = -(-rng.next_f32()).ln_1p() / rate;
+            let t = -(-f32_from_u32(rng.next_u32())).ln_1p() / rate;
             let collides = t < t_max;
             if !medium.is_grey() {
                 let (length, collisions) = if collides { (t, 1.0) } else { (t_max, 0.0) };

@@ -2,6 +2,7 @@
 
 mod flight;
 mod guided_flight;
+mod numbers;
 mod shadow;
 #[cfg(test)]
 mod tests;
@@ -9,6 +10,7 @@ mod tests;
 pub use flight::VolumeTracking;
 use flight::{Channels, fly};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
+use numbers::SampleNumbers;
 pub(crate) use shadow::{Crossing, end_of};
 
 use crate::PathTracer;
@@ -106,6 +108,7 @@ struct State<K> {
     radiance: Rgb,
     /// What there is to tell, if somebody watches.
     trail: Option<Trail>,
+    numbers: SampleNumbers,
 }
 
 impl<'a, S: EmitterSampler> VolumePathTracer<'a, S> {
@@ -171,7 +174,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path
     /// without an observer.
     pub fn radiance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
-        self.walk(ray, medium, None, rng, None).radiance
+        self.walk(ray, medium, None, rng, None, SampleNumbers::INDEPENDENT)
+            .radiance
     }
 
     /// [`radiance`](Self::radiance), with the hit of `ray` already known, or not yet.
@@ -183,6 +187,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         known: Option<Option<Hit>>,
         rng: &mut CounterRng,
         trail: Option<Trail>,
+        numbers: SampleNumbers,
     ) -> State<S::Site> {
         let (scene, sampler) = (self.transport().scene, &self.transport().sampler);
         let hero = if self.spectral { rng.next_u32() } else { 0 };
@@ -194,6 +199,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             depth: 1,
             radiance: Rgb::ZERO,
             trail,
+            numbers,
         };
         let settled = |hit: Hit| scene.settled(&ray, hit);
         let (mut known, mut crossings) = (known.map(|hit| hit.map(settled)), 0);
@@ -212,7 +218,15 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
                     self.guided_flight(&mut state, &guiding, medium, hit.flatten(), t_max, rng)
                 });
                 let distance = guided.unwrap_or_else(|| {
-                    fly(medium, &state.ray, t_max, self.tracking, &mut state.channels, rng)
+                    let mut numbers = state.numbers.flight(state.depth, rng);
+                    fly(
+                        medium,
+                        &state.ray,
+                        t_max,
+                        self.tracking,
+                        &mut state.channels,
+                        &mut numbers,
+                    )
                 });
                 if let Some(t) = distance {
                     let position = state.ray.origin + state.ray.direction * t;
@@ -326,24 +340,25 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     ) -> Option<Vec3> {
         let (transport, depth) = (self.transport(), state.depth);
         let (at, site) = (transport.scattering(vertex), transport.site(vertex));
+        let mut numbers = state.numbers.vertex(depth, rng);
         let light = if depth < transport.max_depth {
-            transport.emitter_light(&at, &site, rng.emitter())
+            transport.emitter_light(&at, &site, numbers.emitter())
         } else {
             None
         };
         if let Some(light) = &light {
             let medium = medium_towards(light.ray.direction);
-            let transmittance = self.transmittance(light.ray, medium, rng);
+            let transmittance = self.transmittance(light.ray, medium, numbers.flights());
             let radiance = V::weighted(light) * transmittance;
             state.add(depth + 1, true, None, state.weighted(radiance));
         }
         // A guide is one more lobe.
         let u_lobe = if V::HAS_LOBES || at.is_guided() {
-            rng.lobe()
+            numbers.lobe()
         } else {
             0.0
         };
-        let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
+        let onward = transport.scatter(&mut state.path, &at, site, depth, u_lobe, &mut numbers);
         if let Some(trail) = &mut state.trail {
             let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), onward);
             // Channels weigh the whole path.
@@ -396,7 +411,14 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
         let watched =
             O::IS_ACTIVE && !cfg!(lightshed_without = "observer") && self.tracer.observer.wants(id, seed);
         let trail = watched.then(Trail::default);
-        let state = self.walk(ray, self.camera_medium, known, rng, trail);
+        let state = self.walk(
+            ray,
+            self.camera_medium,
+            known,
+            rng,
+            trail,
+            SampleNumbers::new(self.tracer.words(seed), id),
+        );
         if let Some(trail) = &state.trail {
             trail.tell(&self.tracer.observer, id, seed, state.radiance);
         }
