@@ -486,3 +486,90 @@ fn boundaries_hide_nothing() {
     })
     .unwrap();
 }
+
+/// Values of samples `0..each` of each of `pixels` pixels, by a ray along −z from z = 3.
+fn stratified(scene: &SceneDescription, points: PointSet, pixels: u32, each: u32) -> Vec<Vec<f64>> {
+    let scene = Scene::new(scene).unwrap();
+    let mut tracer = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_points(points);
+    tracer.camera_medium = None;
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 3.0), Vec3::NEG_Z);
+    let value = |x, index| {
+        let (id, mut rng) = (SampleId { x, y: 0, index }, CounterRng::new(5, x, index));
+        f64::from(tracer.value(id, 5, ray, None, &mut rng).x)
+    };
+    let of_pixel = |x| (0..each).map(|index| value(x, index)).collect();
+    (0..pixels).map(of_pixel).collect()
+}
+
+/// Stratified numbers keep means, where a ray flies through two media along one edge (`e^{−kτ}`,
+/// `τ` the sum of both depths), and where light scatters (1 in white light without absorption).
+#[test]
+fn stratified_numbers_keep_means() {
+    for density in [DensityDescription::Homogeneous, ramp()] {
+        check_faults(&["flights repeat their numbers"], |fault| {
+            let mut scene = ball(Rgb::splat(0.4), Rgb::ZERO);
+            scene.media[0].density = density.clone();
+            scene.shapes.push(scene.shapes[0].clone());
+            if let Geometry::Sphere(sphere) = &mut scene.shapes[1].geometry {
+                sphere.center.z = -3.0;
+            }
+            scene.media.push(MediumDescription {
+                density: DensityDescription::Homogeneous,
+                ..scene.media[0].clone()
+            });
+            scene.boundaries.push(MediumBoundary {
+                shape: 1,
+                interior: Some(1),
+                exterior: None,
+            });
+            numbers::REPEATED.set(fault.is_some());
+            let values = stratified(&scene, PointSet::Sobol, 60_000, 1);
+            numbers::REPEATED.set(false);
+            let mut mean = MeanTest::new();
+            values.iter().flatten().for_each(|value| mean.push(*value));
+            judge(&mean, (-4.0f64 * 0.4).exp(), 1e-6)
+        })
+        .unwrap();
+        for points in [PointSet::Sobol, PointSet::BlueNoise] {
+            let mut scene = ball(Rgb::splat(1.5), Rgb::splat(0.999_999));
+            scene.media[0].density = density.clone();
+            scene.emitters.push(EmitterDescription::Directional {
+                direction: Vec3::NEG_X,
+                irradiance: Rgb::ONE,
+            });
+            let mean_by = |points| {
+                let mut mean = MeanTest::new();
+                let values = stratified(&scene, points, 40_000, 2);
+                values
+                    .iter()
+                    .for_each(|pair| mean.push((pair[0] + pair[1]) / 2.0));
+                mean
+            };
+            let [own, independent] = [points, PointSet::Independent].map(mean_by);
+            own.test_equal(&independent, 1e-6).unwrap();
+        }
+    }
+}
+
+/// The error of the mean of 64 samples of a ray through an absorbing ball is less than a fifth of
+/// that of independent ones in a homogeneous medium, and less than three quarters in a grid.
+#[test]
+fn a_first_flight_is_stratified() {
+    for (density, factor) in [(DensityDescription::Homogeneous, 0.2), (ramp(), 0.75)] {
+        check_faults(&[PointSet::Independent], |fault| {
+            let mut scene = ball(Rgb::splat(0.4), Rgb::ZERO);
+            scene.media[0].density = density.clone();
+            let transmittance = (-2.0f64 * 0.4).exp();
+            let values = stratified(&scene, fault.unwrap_or(PointSet::Sobol), 500, 64);
+            let error = |pixel: &Vec<f64>| (pixel.iter().sum::<f64>() / 64.0 - transmittance).powi(2);
+            let square = values.iter().map(error).sum::<f64>() / 500.0;
+            let ratio = (square / (transmittance * (1.0 - transmittance) / 64.0)).sqrt();
+            if ratio < factor {
+                Ok(())
+            } else {
+                Err(format!("{ratio}"))
+            }
+        })
+        .unwrap();
+    }
+}
