@@ -13,9 +13,10 @@
 //!   above it (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley
 //!   2020, *Practical Hash-Based Owen Scrambling*), with the hash of Vegdahl 2021, *Building a
 //!   Better LK Hash*.
-//! - More dimensions: padding (Burley 2020, §5). Each further group of four uses the same points
-//!   with other scrambles, in an order shuffled by scrambling the sample's index; groups are
-//!   independent of each other, not jointly stratified.
+//! - More dimensions: each further group of four uses the same points with other scrambles, in
+//!   another order. The orders of the first 32 groups are linear maps of the index over GF(2), chosen
+//!   so that pairs of groups are stratified as well. Later groups are padding (Burley 2020, §5): in
+//!   an order shuffled by scrambling the sample's index, independent of each other.
 //!
 //! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
 //! arithmetic, which WGSL has.
@@ -106,7 +107,7 @@ pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
 
 /// Final mix of MurmurHash3: makes one more seed from existing ones.
 #[inline(always)]
-fn mix(mut x: u32) -> u32 {
+pub(crate) const fn mix(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
     x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
     x ^ (x >> 16)

@@ -9,13 +9,16 @@
 //! its diagonal. `M_g` permutes each aligned block of `2^m` samples within itself, for all `m`, so a
 //! group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
 //! evenly it fills pairs of groups depends on the matrices. They are chosen by search
-//! (`examples/link_groups.rs`): of twenty thousand candidates the one for which the error of
+//! (`search.rs`): of twenty thousand candidates the one for which the error of
 //! integrands that depend on the group and one earlier group is least, over 4 to 4,096 samples.
 //! Groups in random orders (Burley 2020, §5) are to each other as independent numbers are.
 
+#[cfg(test)]
+mod search;
+
 use lightshed_lanes::LaneWords;
 
-use crate::sobol::{GROUP, REVERSED_DIRECTIONS};
+use crate::sobol::{GROUP, REVERSED_DIRECTIONS, mix};
 
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
 const LINKED: usize = 32;
@@ -28,17 +31,21 @@ const MATRIX_SEEDS: [u32; LINKED] = [
     0x9b4b07b3, 0x75e0984f, 0xdf027e3d, 0x18fcba2d, 0xe30d700f, 0x7e896ee1, 0x4c922d4b, 0x3401558f,
 ];
 
+/// The finalizer of MurmurHash3 over a seed and a number.
+const fn hash(seed: u32, number: u32) -> u32 {
+    mix(seed ^ number.wrapping_mul(0x9e37_79b9))
+}
+
 /// The columns of the matrix that `seed` stands for: bit `c` of column `c` is set, those below are
 /// hashed, those above are zero. The identity for 0.
-pub(crate) const fn columns(seed: u32) -> [u32; 32] {
+const fn columns(seed: u32) -> [u32; 32] {
     let mut columns = [0; 32];
     let mut c = 0;
     while c < 32 {
-        let mut x = seed ^ (c as u32).wrapping_mul(0x9e37_79b9);
-        x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
-        x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
-        x ^= x >> 16;
-        let below = if seed == 0 { 0 } else { x & ((1 << c) - 1) };
+        let below = match seed {
+            0 => 0,
+            _ => hash(seed, c as u32) & ((1 << c) - 1),
+        };
         columns[c] = 1 << c | below;
         c += 1;
     }
