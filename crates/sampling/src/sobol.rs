@@ -14,9 +14,9 @@
 //!   2020, *Practical Hash-Based Owen Scrambling*), with the hash of Vegdahl 2021, *Building a
 //!   Better LK Hash*.
 //! - More dimensions: each further group of four uses the same points with other scrambles, in
-//!   another order. The orders of the first 32 groups are linear maps of the index over GF(2), chosen
-//!   so that pairs of groups are stratified as well. Later groups are padding (Burley 2020, §5): in
-//!   an order shuffled by scrambling the sample's index, independent of each other.
+//!   another order. The orders of the first 32 groups are linear maps of the index over GF(2),
+//!   chosen so that pairs of groups are stratified as well. Later groups are padding (Burley 2020,
+//!   §5): in an order shuffled by scrambling the sample's index, independent of each other.
 //!
 //! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
 //! arithmetic, which WGSL has.

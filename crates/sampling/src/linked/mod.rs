@@ -6,12 +6,12 @@
 //! > `x_{g,d} = S_d M_g s`,
 //!
 //! with `S_d` the generator matrix of Sobol dimension `d` and `M_g` upper triangular with ones on
-//! its diagonal. `M_g` permutes each aligned block of `2^m` samples within itself, for all `m`, so a
-//! group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
+//! its diagonal. `M_g` permutes each aligned block of `2^m` samples within itself, for all `m`, so
+//! a group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
 //! evenly it fills pairs of groups depends on the matrices. They are chosen by search
-//! (`search.rs`): of twenty thousand candidates the one for which the error of
-//! integrands that depend on the group and one earlier group is least, over 4 to 4,096 samples.
-//! Groups in random orders (Burley 2020, §5) are to each other as independent numbers are.
+//! (`search.rs`): of twenty thousand candidates the one for which the error of integrands that
+//! depend on the group and one earlier group is least, over 4 to 4,096 samples. Groups in random
+//! orders (Burley 2020, §5) are to each other as independent numbers are.
 
 #[cfg(test)]
 mod search;
@@ -52,8 +52,8 @@ const fn columns(seed: u32) -> [u32; 32] {
     columns
 }
 
-/// The columns of `S_d M_g`, bits reversed: `[g][bit of the index][d]`, 16 KiB, of which `n` samples
-/// read the first `log₂ n` rows of each group.
+/// The columns of `S_d M_g`, bits reversed: `[g][bit of the index][d]`, 16 KiB. `n` samples read
+/// the first `log₂ n` rows of each group.
 static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
     let mut table = [[[0; GROUP]; 32]; LINKED];
     let mut group = 0;

@@ -1,6 +1,6 @@
 //! The search for the matrices of groups, and what it is held to.
 
-use super::{LINKED, MATRIX_SEEDS, columns, hash, reversed_point};
+use super::{MATRIX_SEEDS, columns, hash, reversed_point};
 use crate::sobol::GROUP;
 
 /// Samples up to which groups are compared, as a power of two.
@@ -14,8 +14,8 @@ const WEIGHTS: [f64; GROUP] = [0.5, 0.5, 0.25, 0.25];
 const CANDIDATES: u32 = 20_000;
 
 /// `Σ_k 4^{−μ(k)} wal_k(x)` over `k ≥ 1`, with `μ(k)` the number of binary digits of `k`, divided
-/// by its value at 0, for an `x` with `zeros` leading zeros. Integrands with jumps have coefficients
-/// of that size.
+/// by its value at 0, for an `x` with `zeros` leading zeros. Integrands with jumps have
+/// coefficients of that size.
 fn kernel(zeros: u32) -> f64 {
     const DIGITS: u32 = 20;
     let term = |digits: u32| 0.25f64.powi(digits as i32) * f64::from(1u32 << (digits - 1));
@@ -61,9 +61,9 @@ fn distance(group: usize, earlier: usize) -> f64 {
     }
 }
 
-/// Of integrands that depend on a group and one earlier group, the squared errors of the first `2^m`
-/// samples, `m = 2 … 12`, by candidate. `earlier` is the weighted sum of what depends on the earlier
-/// groups.
+/// Of integrands that depend on a group and one earlier group, the squared errors of the first
+/// `2^m` samples, `m = 2 … 12`, by candidate. `earlier` is the weighted sum of what depends on the
+/// earlier groups.
 fn errors(own: &[f64], earlier: &[f64], seed: u32) -> Vec<f64> {
     let mut sum = 0.0;
     let mut errors = Vec::new();
@@ -112,18 +112,14 @@ fn of_matrix(own: &[f64], seed: u32) -> Vec<f64> {
 fn search_finds_the_table() {
     let own = of_group();
     let mut of_groups = vec![own.clone()];
-    for group in 1..LINKED {
+    for (group, expected) in MATRIX_SEEDS.into_iter().enumerate().skip(1) {
         let earlier = before(group, &of_groups);
         let seeds: Vec<u32> = (0..CANDIDATES).map(|number| candidate(group, number)).collect();
         let scores = scores(&own, &earlier, &seeds);
         let best = (0..seeds.len())
             .min_by(|&a, &b| scores[a].total_cmp(&scores[b]))
             .unwrap();
-        assert_eq!(
-            seeds[best], MATRIX_SEEDS[group],
-            "group {group}: {:#010x}",
-            seeds[best]
-        );
+        assert_eq!(seeds[best], expected, "group {group}: {:#010x}", seeds[best]);
         of_groups.push(of_matrix(&own, seeds[best]));
     }
 }
@@ -133,8 +129,8 @@ fn search_finds_the_table() {
 fn matrices_are_better_than_most() {
     let own = of_group();
     let of_groups: Vec<Vec<f64>> = MATRIX_SEEDS.iter().map(|&seed| of_matrix(&own, seed)).collect();
-    for group in 1..LINKED {
-        let mut seeds = vec![MATRIX_SEEDS[group]];
+    for (group, chosen) in MATRIX_SEEDS.into_iter().enumerate().skip(1) {
+        let mut seeds = vec![chosen];
         seeds.extend((0..200).map(|number| candidate(group + 1000, number)));
         let scores = scores(&own, &before(group, &of_groups), &seeds);
         let better = scores.iter().filter(|&&score| score < scores[0]).count();

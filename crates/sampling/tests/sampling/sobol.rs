@@ -258,8 +258,8 @@ fn later_groups_are_shuffled_apart() {
     assert!(linked < 70.0, "{linked} cells are empty");
 }
 
-/// Root-mean-square error over 256 pixels of the mean of (x − ½)(y − ½) = 0 over pairs of dimensions
-/// of neighbouring groups: of the camera and two vertices.
+/// Root-mean-square error over 256 pixels of the mean of (x − ½)(y − ½) = 0 over pairs of
+/// dimensions of neighbouring groups: of the camera and two vertices.
 fn error_between_groups(samples: u32, first: u32) -> f64 {
     let pairs = [(0, 4), (1, 8), (4, 8), (5, 13), (8, 12)];
     let mut sum = 0.0;

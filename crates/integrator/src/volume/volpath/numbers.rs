@@ -17,8 +17,8 @@ const FIRST_EDGE: u32 = 1;
 ///
 /// A flight by null collisions and an estimate of transmittance draw as many numbers as they need,
 /// so most are of the stream. Stratified are the numbers of the first vertex, and the first four of
-/// the first flight: distances to its first three tentative collisions, and whether the first one is
-/// real. A homogeneous medium needs one.
+/// the first flight: distances to its first three tentative collisions, and whether the first one
+/// is real. A homogeneous medium needs one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SampleNumbers {
     words: PathWords,
