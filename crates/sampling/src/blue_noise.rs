@@ -31,7 +31,8 @@ use lightshed_lanes::{LaneWords, Lanes};
 
 use crate::linked::{is_linked, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
-use crate::sobol::{GROUP, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::sobol::{permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
 /// The Sobol dimension whose points shift those of each dimension from pixel to pixel. Of all

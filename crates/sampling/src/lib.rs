@@ -79,6 +79,7 @@ mod piecewise2d;
 mod point_set;
 mod rng;
 mod sobol;
+mod sobol_directions;
 mod sum;
 mod uniform;
 mod warp;

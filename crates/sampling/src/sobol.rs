@@ -26,52 +26,10 @@ use core::convert::Infallible;
 use lightshed_lanes::{LaneWords, Lanes};
 use rand::TryRng;
 
-use crate::linked::{is_linked, reversed_point, reversed_point_lanes};
+use crate::linked::{is_linked, mix, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
+use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
-
-/// Dimensions that are stratified together.
-pub(crate) const GROUP: usize = 4;
-
-/// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`.
-/// Reversed, because the scrambling hash works from the highest bit of a coordinate down and
-/// integer arithmetic carries upwards.
-pub(crate) const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
-    // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 …
-    // m_s)
-    const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] =
-        [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
-    let mut directions = [[0; GROUP]; 32];
-    let mut dimension = 0;
-    while dimension < GROUP {
-        let mut m = [1u32; 32];
-        let mut k = 0;
-        while k < 32 {
-            if dimension > 0 {
-                let (degree, coefficients, initial) = POLYNOMIALS[dimension - 1];
-                m[k] = if k < degree {
-                    initial[k]
-                } else {
-                    // m_k = 2 a_1 m_{k−1} ⊕ 4 a_2 m_{k−2} ⊕ … ⊕ 2^s m_{k−s} ⊕
-                    // m_{k−s}
-                    let mut value = m[k - degree] ^ (m[k - degree] << degree);
-                    let mut i = 1;
-                    while i < degree {
-                        if coefficients >> (degree - 1 - i) & 1 == 1 {
-                            value ^= m[k - i] << i;
-                        }
-                        i += 1;
-                    }
-                    value
-                };
-            }
-            directions[k][dimension] = (m[k] << (31 - k)).reverse_bits();
-            k += 1;
-        }
-        dimension += 1;
-    }
-    directions
-};
 
 /// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
 /// (Vegdahl 2021). Requires well-mixed seeds.
@@ -103,14 +61,6 @@ pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
     let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
     let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
     (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
-}
-
-/// Final mix of MurmurHash3: makes one more seed from existing ones.
-#[inline(always)]
-pub(crate) const fn mix(mut x: u32) -> u32 {
-    x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
-    x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
-    x ^ (x >> 16)
 }
 
 /// [`mix`] of eight words.

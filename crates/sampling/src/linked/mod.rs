@@ -18,7 +18,7 @@ mod search;
 
 use lightshed_lanes::LaneWords;
 
-use crate::sobol::{GROUP, REVERSED_DIRECTIONS, mix};
+use crate::sobol_directions::{GROUP, REVERSED_DIRECTIONS};
 
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
 const LINKED: usize = 32;
@@ -31,7 +31,15 @@ const MATRIX_SEEDS: [u32; LINKED] = [
     0x9b4b07b3, 0x75e0984f, 0xdf027e3d, 0x18fcba2d, 0xe30d700f, 0x7e896ee1, 0x4c922d4b, 0x3401558f,
 ];
 
-/// The finalizer of MurmurHash3 over a seed and a number.
+/// Final mix of MurmurHash3: makes one more seed from existing ones.
+#[inline(always)]
+pub(crate) const fn mix(mut x: u32) -> u32 {
+    x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
+    x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
+    x ^ (x >> 16)
+}
+
+/// [`mix`] of a seed and a number.
 const fn hash(seed: u32, number: u32) -> u32 {
     mix(seed ^ number.wrapping_mul(0x9e37_79b9))
 }

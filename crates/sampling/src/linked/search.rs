@@ -1,7 +1,7 @@
 //! The search for the matrices of groups, and what it is held to.
 
 use super::{MATRIX_SEEDS, columns, hash, reversed_point};
-use crate::sobol::GROUP;
+use crate::sobol_directions::GROUP;
 
 /// Samples up to which groups are compared, as a power of two.
 const MOST: u32 = 12;
