@@ -141,9 +141,10 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         self
     }
 
-    /// With camera rays whose numbers are those of `points`; the default is independent ones. In
-    /// scenes without media and boundaries, all numbers of a path are. Flights draw as many as they
-    /// need, so later numbers have no fixed place.
+    /// With the numbers of `points` for the camera ray, the beginning of the first flight and the
+    /// first vertex; the default is independent ones. In scenes without media and boundaries, all
+    /// numbers of a path are. Flights draw as many as they need, so later numbers have no fixed
+    /// place.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.tracer = self.tracer.with_points(points);
