@@ -223,8 +223,8 @@ fn all_parts_add_up() {
         ["length >= least_length", "true"],
         // Each camera ray adds all emission that it meets.
         [
-            "light / f32(package__1restir_suffix_domain_frame.camera_rays)",
-            "light",
+            "seen_emission(seen) / f32(package__1restir_suffix_domain_frame.camera_rays)",
+            "seen_emission(seen)",
         ],
     ];
     for (fault, (_, options)) in faults.into_iter().zip(rows) {

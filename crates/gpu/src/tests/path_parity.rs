@@ -40,7 +40,7 @@ type Pair = ([u32; 16], [u32; 8]);
 type Outcome = [u32; 8];
 
 const SHIFTS: &str = "
-    import package::memory::pixels::thread_number;
+    import package::threads::thread_number;
     import package::memory::scene::settings;
     import package::lightshed::connectability::Connectability;
     import package::lightshed::path_sample::PathSample;
@@ -65,7 +65,7 @@ const SHIFTS: &str = "
     }";
 
 const WALKS: &str = "
-    import package::memory::pixels::thread_number;
+    import package::threads::thread_number;
     import package::memory::scene::settings;
     import package::lightshed::connectability::Connectability;
     import package::lightshed::cwbvh::{intersect, occluded};

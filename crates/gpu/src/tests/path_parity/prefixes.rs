@@ -17,7 +17,7 @@ use lightshed_shift::{
 const PAIRS: usize = 1 << 14;
 
 const PROGRAM: &str = "
-    import package::memory::pixels::thread_number;
+    import package::threads::thread_number;
     import package::memory::scene::settings;
     import package::lightshed::connectability::Connectability;
     import package::lightshed::path_prefix::{NO_LIGHT, PrefixDomain, PrefixReservoir, shift_prefix, trace_prefix};
