@@ -29,9 +29,9 @@
 
 use lightshed_lanes::{LaneWords, Lanes};
 
-use crate::linked::{is_linked, reversed_point, reversed_point_lanes};
+use crate::linked::{ordered_point, ordered_point_lanes, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
-use crate::sobol::{permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::scrambling::{permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
@@ -105,12 +105,7 @@ impl Group {
     /// The coordinates of a pixel's sample before pixels shift them, bits reversed.
     #[inline(always)]
     fn own(&self, sample: u32) -> [u32; GROUP] {
-        let index = if is_linked(self.number) {
-            sample
-        } else {
-            permute_upwards(sample.reverse_bits(), self.sample_order).reverse_bits()
-        };
-        reversed_point(self.number, index)
+        ordered_point(self.number, sample, || self.sample_order)
     }
 
     #[inline(always)]
@@ -229,14 +224,9 @@ impl BlueNoiseSampler {
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
         let group = Group::new(seed, block);
-        let index = if is_linked(block) {
-            sample
-        } else {
-            let order = L::Words::splat(group.sample_order);
-            reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
-        };
+        let order = || L::Words::splat(group.sample_order);
         let (own, shifts) = (
-            reversed_point_lanes(block, index),
+            ordered_point_lanes(block, sample, order),
             reversed_point_lanes(0, group.rank_lanes(pixel)),
         );
         let mut point = own;

@@ -78,6 +78,7 @@ mod piecewise;
 mod piecewise2d;
 mod point_set;
 mod rng;
+mod scrambling;
 mod sobol;
 mod sobol_directions;
 mod sum;

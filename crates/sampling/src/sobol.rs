@@ -26,50 +26,11 @@ use core::convert::Infallible;
 use lightshed_lanes::{LaneWords, Lanes};
 use rand::TryRng;
 
-use crate::linked::{is_linked, mix, reversed_point, reversed_point_lanes};
+use crate::linked::{ordered_point, ordered_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
+use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
-
-/// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
-/// (Vegdahl 2021). Requires well-mixed seeds.
-#[inline(always)]
-pub(crate) fn permute_upwards(mut x: u32, seed: u32) -> u32 {
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^ x.wrapping_mul(0x53a2_2864)
-}
-
-/// [`permute_upwards`] of eight words.
-#[inline(always)]
-pub(crate) fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
-    x = x ^ (x * W::splat(0x3d20_adea));
-    x = x + seed;
-    // An odd factor, by `| 1`: one of the operations that words have.
-    x = x * ((seed.shift_right::<16>() & W::splat(!1)) + W::splat(1));
-    x = x ^ (x * W::splat(0x0552_6c56));
-    x ^ (x * W::splat(0x53a2_2864))
-}
-
-/// Eight words with their bits in the opposite order.
-#[inline(always)]
-pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
-    // Neighbours of one, two and four bits are exchanged, then bytes.
-    let x = (x.shift_right::<1>() & W::splat(0x5555_5555)) ^ (x & W::splat(0x5555_5555)).rotate::<1, 31>();
-    let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
-    let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
-    (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
-}
-
-/// [`mix`] of eight words.
-#[inline(always)]
-fn mix_lanes<W: LaneWords>(x: W) -> W {
-    let x = (x ^ x.shift_right::<16>()) * W::splat(0x85eb_ca6b);
-    let x = (x ^ x.shift_right::<13>()) * W::splat(0xc2b2_ae35);
-    x ^ x.shift_right::<16>()
-}
 
 /// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s
 /// interface, stratified over the samples of the pixel.
@@ -142,13 +103,8 @@ impl SobolSampler {
             [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
             [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
         );
-        let index = if is_linked(block) {
-            sample
-        } else {
-            let order = mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
-            reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
-        };
-        let [a, b, c, d] = reversed_point_lanes(block, index);
+        let order = || mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
+        let [a, b, c, d] = ordered_point_lanes(block, sample, order);
         [
             reverse_bits_lanes(permute_upwards_lanes(a, seeds[0])),
             reverse_bits_lanes(permute_upwards_lanes(b, seeds[1])),
@@ -164,13 +120,8 @@ impl SobolSampler {
             [group, STREAM_SOBOL, 0, 0],
             [self.seed[0], self.seed[1], self.pixel, 0],
         );
-        let index = if is_linked(group) {
-            self.sample
-        } else {
-            let order = mix(seeds[0] ^ seeds[1].rotate_left(16));
-            permute_upwards(self.sample.reverse_bits(), order).reverse_bits()
-        };
-        let mut point = reversed_point(group, index);
+        let order = || mix(seeds[0] ^ seeds[1].rotate_left(16));
+        let mut point = ordered_point(group, self.sample, order);
         for (coordinate, seed) in point.iter_mut().zip(seeds) {
             *coordinate = permute_upwards(*coordinate, seed).reverse_bits();
         }
@@ -252,6 +203,7 @@ impl TryRng for SobolSampler {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linked::reversed_point;
     use proptest::prelude::*;
 
     /// The first points in three dimensions as Joe and Kuo list them with their direction numbers,

@@ -18,6 +18,7 @@ mod search;
 
 use lightshed_lanes::LaneWords;
 
+use crate::scrambling::{mix, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::{GROUP, REVERSED_DIRECTIONS};
 
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
@@ -30,14 +31,6 @@ const MATRIX_SEEDS: [u32; LINKED] = [
     0xcca35d17, 0x553b8fdd, 0x69d96bbf, 0x86bfe5ab, 0xdad53db5, 0x736bd3bd, 0x39cdae37, 0x1d8b2547,
     0x9b4b07b3, 0x75e0984f, 0xdf027e3d, 0x18fcba2d, 0xe30d700f, 0x7e896ee1, 0x4c922d4b, 0x3401558f,
 ];
-
-/// Final mix of MurmurHash3: makes one more seed from existing ones.
-#[inline(always)]
-pub(crate) const fn mix(mut x: u32) -> u32 {
-    x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
-    x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
-    x ^ (x >> 16)
-}
 
 /// [`mix`] of a seed and a number.
 const fn hash(seed: u32, number: u32) -> u32 {
@@ -85,11 +78,32 @@ static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
     table
 };
 
-/// Whether group `group` belongs together with all earlier ones. Later groups have the matrices of
-/// earlier ones and need indices in a random order.
+/// The four coordinates of sample `sample` in group `group`, bits reversed. Groups from the 32nd on
+/// have the matrices of earlier ones, so they take samples in the random order that `order` is the
+/// seed of.
 #[inline(always)]
-pub(crate) fn is_linked(group: u32) -> bool {
-    group < LINKED as u32
+pub(crate) fn ordered_point(group: u32, sample: u32, order: impl FnOnce() -> u32) -> [u32; GROUP] {
+    let index = if group < LINKED as u32 {
+        sample
+    } else {
+        permute_upwards(sample.reverse_bits(), order()).reverse_bits()
+    };
+    reversed_point(group, index)
+}
+
+/// [`ordered_point`] of eight samples.
+#[inline(always)]
+pub(crate) fn ordered_point_lanes<W: LaneWords>(
+    group: u32,
+    sample: W,
+    order: impl FnOnce() -> W,
+) -> [W; GROUP] {
+    let index = if group < LINKED as u32 {
+        sample
+    } else {
+        reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order()))
+    };
+    reversed_point_lanes(group, index)
 }
 
 #[inline(always)]

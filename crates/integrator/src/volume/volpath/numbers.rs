@@ -81,6 +81,7 @@ impl SampleNumbers {
         }
     }
 }
+
 /// Whether a test has planted the fault that every flight along the first edge begins with the
 /// numbers of the first.
 #[inline(always)]
