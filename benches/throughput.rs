@@ -28,6 +28,9 @@ struct Options {
     /// Tree to trace rays through: wide; with the feature `obvhs` bvh2 and cwbvh too.
     #[arg(long, default_value = "wide")]
     tree: String,
+    /// Only the scene of this name.
+    #[arg(long)]
+    only: Option<String>,
     /// Given by cargo; of no meaning here.
     #[arg(long, hide = true)]
     bench: bool,
@@ -59,7 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "M paths per CPU-second, median (least - greatest) of {} turns; mean; variance of a path",
         options.turns.repeats
     );
-    for (name, width, height, max_depth) in CASES {
+    let wanted = |case: &&(&str, u32, u32, u32)| options.only.as_deref().is_none_or(|only| only == case.0);
+    for &(name, width, height, max_depth) in CASES.iter().filter(wanted) {
         let file = folder
             .as_ref()
             .map(|folder| folder.join(name).join("scene.xml"))

@@ -45,9 +45,7 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
             Some(known) => hits.clone_from(known),
             None => scene.accelerator().intersect_batch(&paths.rays, alive, &mut hits),
         }
-        for index in 0..alive {
-            scene.prefetch_primitive(hits.primitive.get_word(index));
-        }
+        scene.prefetch_hits(&hits, alive);
         purpose.hit(scene, depth, (&*paths, alive), &hits);
         shadows.count = 0;
         let arrived = alive;

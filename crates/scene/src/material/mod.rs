@@ -6,6 +6,7 @@ mod component_row;
 mod error;
 mod flat;
 mod fresnel;
+mod images;
 mod microfacet;
 mod relief;
 mod resolve;

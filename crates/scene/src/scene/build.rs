@@ -175,6 +175,7 @@ impl Scene {
             spheres: flat.spheres,
             copies: flat.copies,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
+            images: super::prefetch::images(materials),
             materials: materials.clone(),
             by_power: PowerTable::new(&emitters)?,
             emitters,

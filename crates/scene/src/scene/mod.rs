@@ -3,6 +3,7 @@
 mod build;
 mod copies;
 mod lanes;
+mod prefetch;
 mod primitive;
 mod shading;
 mod touching;
@@ -13,8 +14,8 @@ use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{
-    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, ImageBlocks, Material, Ray, RayBatch, RenderSettings,
-    Rgb, SurfacePoint,
+    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, ImageBlocks, ImageTexture, Material, Ray, RayBatch,
+    RenderSettings, Rgb, SurfacePoint,
 };
 use copies::Copies;
 use glam::{Vec2, Vec3};
@@ -52,6 +53,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// The materials as lanes read them.
     diffuse_rows: Vec<DiffuseRow>,
+    /// By material, the images that are prefetched; empty where none has any.
+    images: Vec<Vec<ImageTexture>>,
     emitters: Emitters,
     by_power: PowerTable,
     camera: Camera,

@@ -143,6 +143,16 @@ impl Image {
         }
     }
 
+    /// Prefetches the texel that [`Image::texel`] reads.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, x: u32, y: u32) {
+        let index = y.min(self.height - 1) as usize * self.width as usize + x.min(self.width - 1) as usize;
+        match &self.texels {
+            Texels::Linear(pixels) => lightshed_lanes::prefetch(&pixels[index]),
+            Texels::Coded { codes, .. } => lightshed_lanes::prefetch(&codes[index]),
+        }
+    }
+
     /// Linear RGB of every texel, row by row from the top.
     pub fn texels(&self) -> impl ExactSizeIterator<Item = Rgb> + '_ {
         let count = self.width as usize * self.height as usize;

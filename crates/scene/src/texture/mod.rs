@@ -204,6 +204,24 @@ impl ImageTexture {
         };
         texel * self.scale
     }
+
+    /// Prefetches the texels that [`ImageTexture::at`] reads, except where the image repeats.
+    #[inline]
+    pub(crate) fn prefetch(&self, uv: Vec2) {
+        let st = texture_space(&self.to_uv, uv);
+        let [along_s, along_t] = self.wrap.axes();
+        let (width, height) = (self.image.width() as f32, self.image.height() as f32);
+        // The first of the enclosing texels; negative numbers become 0.
+        let x = (along_s.fold(st.x) * width - 0.5) as u32;
+        let y = (along_t.fold(st.y) * height - 0.5) as u32;
+        self.image.prefetch(x, y);
+        self.image.prefetch(x, y + 1);
+    }
+
+    /// Whether another texture reads the same texels everywhere.
+    pub(crate) fn reads_as(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.image, &other.image) && self.to_uv == other.to_uv && self.wrap == other.wrap
+    }
 }
 
 impl Checkerboard {
@@ -251,6 +269,15 @@ impl ColorTexture {
         matches!(self, Self::Vertex(_))
     }
 
+    /// The image, if there is one.
+    pub(crate) fn image(&self) -> Option<&ImageTexture> {
+        match self {
+            Self::Image(image) => Some(image),
+            Self::Vertex(other) => other.image(),
+            Self::Constant(_) | Self::Checkerboard(_) => None,
+        }
+    }
+
     /// Mean linear RGB over the unit square of texture space, of white vertices.
     pub fn mean(&self) -> Rgb {
         match self {
@@ -284,6 +311,14 @@ impl FloatTexture {
             Self::Constant(value) => *value,
             Self::Image(image, channel) => channel.of(image.at(place.uv)),
             Self::Vertex(channel) => channel.of(place.color),
+        }
+    }
+
+    /// The image, if there is one.
+    pub(crate) fn image(&self) -> Option<&ImageTexture> {
+        match self {
+            Self::Image(image, _) => Some(image),
+            Self::Constant(_) | Self::Vertex(_) => None,
         }
     }
 
