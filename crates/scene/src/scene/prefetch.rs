@@ -79,3 +79,51 @@ impl Scene {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Channel, ColorTexture, Filter, FloatTexture, Image, Microfacet, Rgb, Roughness, Wrap};
+    use glam::Affine2;
+    use std::sync::Arc;
+
+    /// Every image of a nested material, each once, also where two textures share it.
+    #[test]
+    fn images_of_a_material_are_found_once() {
+        let image = |side| Arc::new(Image::from_srgb8(side, 1, vec![[9; 3]; side as usize]).unwrap());
+        let texture = |image: &Arc<Image>| ImageTexture {
+            image: image.clone(),
+            to_uv: Affine2::IDENTITY,
+            filter: Filter::Bilinear,
+            wrap: Wrap::Repeat,
+            scale: Rgb::ONE,
+        };
+        let (color, alpha) = (image(1), image(2));
+        let alpha_of = || FloatTexture::Image(texture(&alpha), Channel::Red);
+        let coated = Material::Plastic {
+            eta: 1.5,
+            diffuse_reflectance: ColorTexture::Image(texture(&color)),
+            specular_reflectance: Rgb::ONE.into(),
+            nonlinear: false,
+            roughness: Some(Roughness {
+                distribution: Microfacet::Ggx,
+                alpha_u: alpha_of(),
+                alpha_v: alpha_of(),
+            }),
+        };
+        let sided = Material::TwoSided {
+            front: Box::new(coated),
+            back: Some(Box::new(Material::Null)),
+        };
+        let plain = Material::Diffuse {
+            reflectance: Rgb::ONE.into(),
+        };
+        let found = images(&[plain.clone(), sided]);
+        let widths: Vec<Vec<u32>> = found
+            .iter()
+            .map(|images| images.iter().map(|texture| texture.image.width()).collect())
+            .collect();
+        assert_eq!(widths, [vec![], vec![1, 2]]);
+        assert!(images(&[plain]).is_empty());
+    }
+}

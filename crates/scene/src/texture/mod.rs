@@ -205,17 +205,26 @@ impl ImageTexture {
         texel * self.scale
     }
 
-    /// Prefetches the texels that [`ImageTexture::at`] reads, except where the image repeats.
+    /// Prefetches the texels that [`ImageTexture::at`] reads, but for those beyond a seam.
     #[inline]
     pub(crate) fn prefetch(&self, uv: Vec2) {
+        let [x, y] = self.first_texel(uv);
+        self.image.prefetch(x, y);
+        self.image.prefetch(x, y + 1);
+    }
+
+    /// Column and row of the first of the texels whose centres enclose a place; the first of all
+    /// beyond the first centre.
+    #[inline(always)]
+    fn first_texel(&self, uv: Vec2) -> [u32; 2] {
         let st = texture_space(&self.to_uv, uv);
         let [along_s, along_t] = self.wrap.axes();
         let (width, height) = (self.image.width() as f32, self.image.height() as f32);
-        // The first of the enclosing texels; negative numbers become 0.
-        let x = (along_s.fold(st.x) * width - 0.5) as u32;
-        let y = (along_t.fold(st.y) * height - 0.5) as u32;
-        self.image.prefetch(x, y);
-        self.image.prefetch(x, y + 1);
+        // Negative numbers become 0.
+        [
+            (along_s.fold(st.x) * width - 0.5) as u32,
+            (along_t.fold(st.y) * height - 0.5) as u32,
+        ]
     }
 
     /// Whether another texture reads the same texels everywhere.

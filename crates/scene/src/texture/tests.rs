@@ -129,3 +129,40 @@ fn channels_and_means() {
             < 1e-6
     );
 }
+
+/// A look-up reads the first texel and its neighbours to the right and below: an image that is
+/// black elsewhere gives the same.
+#[test]
+fn prefetched_texels_are_those_that_are_read() {
+    let (width, height) = (7, 5);
+    let number = |x: u32, y: u32| (1 + x + y * width) as f32;
+    let at = |uv: Vec2, keep: &dyn Fn(u32, u32) -> bool| {
+        let texel = |i: u32| match keep(i % width, i / width) {
+            true => [number(i % width, i / width); 3],
+            false => [0.0; 3],
+        };
+        let pixels = (0..width * height).map(texel).collect();
+        let texture = ImageTexture {
+            image: Arc::new(Image::from_linear(width, height, pixels).unwrap()),
+            to_uv: Affine2::from_scale(Vec2::new(1.5, 0.7)),
+            ..quad(Filter::Bilinear, Wrap::Mirror)
+        };
+        (texture.at(uv), texture.first_texel(uv))
+    };
+    let check = |shift: u32| {
+        for step in 0..200 {
+            let uv = Vec2::new(step as f32 * 0.0137, step as f32 * 0.0291);
+            let (all, [x, y]) = at(uv, &|_, _| true);
+            let near = |a: u32, b: u32| a == b || a == b + 1;
+            let (some, _) = at(uv, &|i, j| near(i, x + shift) && near(j, y));
+            if all != some {
+                return Err(format!("{uv}: {some} in place of {all}"));
+            }
+        }
+        Ok(())
+    };
+    lightshed_testkit::check_faults(&["a texel to the right"], |fault| {
+        check(u32::from(fault.is_some()))
+    })
+    .unwrap();
+}
