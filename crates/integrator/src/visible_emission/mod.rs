@@ -5,17 +5,19 @@ mod film_cells;
 mod film_polygon;
 mod mask;
 mod pixel_table;
+mod ray_batch;
 mod region;
 
 use crate::camera_ray::PixelRay;
 use allotment::{RayBudget, allot, spreads};
 use film_cells::FilmCells;
 use lightshed_film::{MAX_BATCH, SampleId};
-use lightshed_sampling::{PointSet, f32_from_u32, parallel};
+use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
 use pixel_table::PixelTable;
-use region::Region;
+use ray_batch::RayBatch;
+use region::{Places, Region};
 use std::sync::Arc;
 
 /// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
@@ -79,9 +81,6 @@ const RAYS_PER_EDGE: f32 = 0.25;
 /// … of which so many count. A frame of resampled direct light costs about as much.
 pub(crate) const MOST_EDGES: u32 = 8;
 
-/// The block of a sample's random numbers that its rays use; nothing else uses it.
-const BLOCK: u32 = 1;
-
 impl VisibleEmission {
     /// For the emitters of a scene as `camera` sees them, with or without probes. `None` if no
     /// surface emits or rays would gain nothing: beside paths of up to `edges` edges a sample has
@@ -139,35 +138,67 @@ impl VisibleEmission {
         ids: &[SampleId],
         values: &mut [Rgb],
     ) -> u64 {
-        let mut total = 0;
-        let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
-        // Of each ray, the sample's place and the weight.
-        let (mut owners, mut count) = ([(0, 0.0); MAX_BATCH], 0);
+        let (mut total, mut batch) = (0, RayBatch::default());
         for (place, id) in ids.iter().enumerate().take(values.len()) {
-            let Some((region, number)) = self.pixels.get(self.pixel(id)) else {
+            let Some((_, number)) = self.pixels.get(self.pixel(id)) else {
                 continue;
             };
-            let (places, number) = (region.places(), u32::from(*number));
-            let weight = region.share() / number as f32;
-            let corner = Vec2::new(id.x as f32, id.y as f32);
+            let number = u32::from(*number);
             for ray in 0..number {
-                let index = id.index.wrapping_mul(number).wrapping_add(ray);
-                let [u, v, ..] = points
-                    .block(seed, id.y << 16 | id.x, index, BLOCK)
-                    .map(f32_from_u32);
-                let film = places.at([u, v]);
-                rays[count] = PixelRay::through(camera, corner, [film.x, film.y, 0.5, 0.5]).ray;
-                owners[count] = (place, weight);
-                count += 1;
-                if count == MAX_BATCH {
-                    meet(scene, &rays, &owners, values);
-                    total += count as u64;
-                    count = 0;
+                batch.push(place, id, id.index.wrapping_mul(number).wrapping_add(ray));
+                if batch.is_full() {
+                    total += self.meet((scene, camera), (points, seed), &batch, (ids, values));
+                    batch.count = 0;
                 }
             }
         }
-        meet(scene, &rays[..count], &owners, values);
-        total + count as u64
+        total + self.meet((scene, camera), (points, seed), &batch, (ids, values))
+    }
+
+    /// Adds the weighted emission that the rays of a batch meet to their samples' values. Returns
+    /// their number.
+    fn meet(
+        &self,
+        (scene, camera): (&Scene, &Camera),
+        (points, seed): (PointSet, u64),
+        batch: &RayBatch,
+        (ids, values): (&[SampleId], &mut [Rgb]),
+    ) -> u64 {
+        let count = batch.count;
+        let numbers = batch.numbers(points, seed);
+        let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
+        let mut weights = [0.0; MAX_BATCH];
+        // The rays of a pixel follow each other.
+        let mut looked_up: Option<(usize, Places, f32)> = None;
+        for ray in 0..count {
+            let id = &ids[batch.owner[ray]];
+            let pixel = self.pixel(id);
+            if looked_up.as_ref().is_none_or(|(known, ..)| *known != pixel) {
+                looked_up = self.pixels.get(pixel).map(|(region, number)| {
+                    let weight = region.share() / f32::from(*number);
+                    (pixel, region.places(), weight)
+                });
+            }
+            let Some((_, places, weight)) = &looked_up else {
+                continue;
+            };
+            let film = places.at([numbers[0][ray], numbers[1][ray]]);
+            let corner = Vec2::new(id.x as f32, id.y as f32);
+            rays[ray] = PixelRay::through(camera, corner, [film.x, film.y, 0.5, 0.5]).ray;
+            weights[ray] = *weight;
+        }
+        let mut hits = [None; MAX_BATCH];
+        let rays = &rays[..count];
+        scene.accelerator().intersect_many(rays, &mut hits[..count]);
+        for (ray, hit) in hits[..count].iter().enumerate() {
+            let Some(hit) = hit else { continue };
+            if scene.primitive_emitter(hit.primitive) != SurfacePoint::NO_EMITTER {
+                let point = scene.surface(&rays[ray], hit);
+                let radiance = scene.emitters().radiance(&point, rays[ray].direction);
+                values[batch.owner[ray]] += radiance * weights[ray];
+            }
+        }
+        count as u64
     }
 
     /// [`add`](Self::add) to all pixels of a frame, the samples of this index.
@@ -190,19 +221,6 @@ impl VisibleEmission {
             self.add(scene, camera, names, &ids[..values.len()], values)
         });
         rays.into_iter().sum()
-    }
-}
-
-/// Adds the emission that rays meet, weighted, to their samples' values.
-fn meet(scene: &Scene, rays: &[Ray], owners: &[(usize, f32); MAX_BATCH], values: &mut [Rgb]) {
-    let mut hits = [None; MAX_BATCH];
-    scene.accelerator().intersect_many(rays, &mut hits[..rays.len()]);
-    for ((ray, hit), &(owner, weight)) in rays.iter().zip(&hits).zip(owners) {
-        let Some(hit) = hit else { continue };
-        if scene.primitive_emitter(hit.primitive) != SurfacePoint::NO_EMITTER {
-            let point = scene.surface(ray, hit);
-            values[owner] += scene.emitters().radiance(&point, ray.direction) * weight;
-        }
     }
 }
 
