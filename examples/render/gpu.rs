@@ -2,7 +2,7 @@
 
 use crate::arguments::Arguments;
 use crate::failure::Failure;
-use lightshed::film::{Progress, RenderOptions, RenderOutcome};
+use lightshed::film::{Budget, Progress, RenderOptions, RenderOutcome};
 use lightshed::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -24,7 +24,11 @@ pub fn on_gpu(
     }
     let gpu = lightshed::gpu::Gpu::new()?;
     let stage = lightshed::gpu::GpuStage::new(&gpu, scene, &arguments.method)?;
-    let mut frames = lightshed::gpu::GpuFrames::new(stage.start()?);
+    let end = match options.budget {
+        Budget::Samples(samples) => options.first.saturating_add(samples),
+        Budget::Seconds(_) => u32::MAX,
+    };
+    let mut frames = lightshed::gpu::GpuFrames::new(stage.start()?).ahead_until(end);
     let outcome = lightshed::film::render_frames(&mut frames, options, observer, cancel)?;
     match frames.failure() {
         Some(failure) => Err(Failure::new(failure)),

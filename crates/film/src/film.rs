@@ -2,7 +2,7 @@
 
 use crate::image::pixel_count;
 use crate::{ImageError, PixelStatistics, RgbImage};
-use lightshed_sampling::Rgb;
+use lightshed_sampling::{Rgb, parallel};
 use std::fmt;
 
 /// Side of a film's tiles in pixels; those at the right and bottom edge may be smaller.
@@ -177,6 +177,26 @@ impl Film {
             let index = self.index(x, y);
             self.pixels[index].add(sample);
         }
+    }
+
+    /// Adds a sample to each pixel: those of an image of the film's size, row by row. Bands of tiles
+    /// go to the threads of the current pool.
+    pub(crate) fn add_image(&mut self, image: &[Rgb]) {
+        let (width, side) = (self.width as usize, TILE_SIZE as usize);
+        let rows = image.chunks(width * side);
+        parallel::for_each(self.bands_mut().zip(rows), |_, (band, rows)| {
+            // Tile by tile, as pixels are stored.
+            let mut pixels = band.iter_mut();
+            for left in (0..width).step_by(side) {
+                let columns = left..width.min(left + side);
+                for row in rows.chunks_exact(width) {
+                    // The samples first: after the last of them no pixel is taken.
+                    for (&sample, pixel) in row[columns.clone()].iter().zip(&mut pixels) {
+                        pixel.add(sample);
+                    }
+                }
+            }
+        });
     }
 
     /// Storage index of a pixel inside the film.

@@ -5,7 +5,7 @@ use crate::{
     Budget, Film, ImageError, Progress, RayCounts, RenderError, RenderOptions, RenderOutcome,
     process_cpu_seconds,
 };
-use lightshed_sampling::Rgb;
+use lightshed_sampling::{Rgb, parallel};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -72,7 +72,8 @@ impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
 /// The film holds each frame as one sample of every pixel; for a method that is not
 /// [still](FrameMethod::is_still), only the last frame.
 ///
-/// A frame counts as a whole or not at all. `observer` is called for every finished frame.
+/// A frame counts as a whole or not at all. `observer` is called for every finished frame. A frame
+/// goes to the film while the next one is rendered, on the same threads, so there are two images.
 ///
 /// # Errors
 ///
@@ -103,12 +104,10 @@ fn render_frames_dyn(
         });
     }
     let mut film = Film::new(width, height).map_err(RenderError::Size)?;
-    let pixels = width as usize * height as usize;
-    let mut image = Vec::new();
-    if image.try_reserve_exact(pixels).is_err() {
-        return Err(RenderError::Size(ImageError::TooLarge { width, height }));
-    }
-    image.resize(pixels, Rgb::ZERO);
+    // The frame that is rendered, and the one before, which meanwhile goes to the film.
+    let mut image = blank(width, height)?;
+    let mut before = blank(width, height)?;
+    let pixels = image.len();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build()
@@ -116,26 +115,27 @@ fn render_frames_dyn(
 
     let (start, cpu_before) = (Instant::now(), process_cpu_seconds());
     let (mut frames, mut rays) = (0, RayCounts::default());
+    // Whether the frame before is the film's only one, if it has to go there.
+    let mut waiting: Option<bool> = None;
     // Numbers end somewhere.
     let numbered = |frames: u32| options.first.checked_add(frames).is_some();
     while !spent(options.budget, frames, start.elapsed().as_secs_f64())
         && numbered(frames)
         && !cancel.load(Ordering::Relaxed)
     {
-        let Some(counts) =
-            pool.install(|| method.render_frame(options.first + frames, options.seed, &mut image, cancel))
-        else {
+        let (film, before_it) = (&mut film, &before);
+        let (counts, ()) = pool.install(|| {
+            parallel::join(
+                || method.render_frame(options.first + frames, options.seed, &mut image, cancel),
+                || keep(film, before_it, waiting),
+            )
+        });
+        waiting = None;
+        let Some(counts) = counts else {
             break;
         };
-        if !method.is_still() {
-            film = Film::new(width, height).map_err(RenderError::Size)?;
-        }
-        let columns = width as usize;
-        for (y, row) in image.chunks_exact(columns).enumerate() {
-            for (x, &value) in row.iter().enumerate() {
-                film.add(x as u32, y as u32, value);
-            }
-        }
+        std::mem::swap(&mut image, &mut before);
+        waiting = Some(!method.is_still());
         rays += counts;
         frames += 1;
         observer(&Progress {
@@ -147,6 +147,7 @@ fn render_frames_dyn(
             seconds: start.elapsed().as_secs_f64(),
         });
     }
+    pool.install(|| keep(&mut film, &before, waiting));
     let seconds = start.elapsed().as_secs_f64();
     Ok(RenderOutcome {
         film,
@@ -156,6 +157,26 @@ fn render_frames_dyn(
         interrupted: cancel.load(Ordering::Relaxed) && !spent(options.budget, frames, seconds),
         rays: Some(rays),
     })
+}
+
+/// A black image.
+fn blank(width: u32, height: u32) -> Result<Vec<Rgb>, RenderError> {
+    let pixels = width as usize * height as usize;
+    let mut image = Vec::new();
+    if image.try_reserve_exact(pixels).is_err() {
+        return Err(RenderError::Size(ImageError::TooLarge { width, height }));
+    }
+    image.resize(pixels, Rgb::ZERO);
+    Ok(image)
+}
+
+/// Adds a frame to the film, if it is waiting for that, or makes it the only one.
+fn keep(film: &mut Film, image: &[Rgb], waiting: Option<bool>) {
+    let Some(only) = waiting else { return };
+    if only {
+        film.clear();
+    }
+    film.add_image(image);
 }
 
 /// Whether the budget is spent after `frames` frames in `elapsed` seconds. Half a frame early is as
@@ -252,6 +273,51 @@ mod tests {
         };
         let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap();
         assert_eq!(outcome.film.mean_image().get(0, 0), Some([42.0, 0.0, 0.0]));
+    }
+
+    /// Frames of a size with tiles that are cut off at both edges, on several threads, against
+    /// samples added pixel by pixel.
+    #[test]
+    fn the_film_is_that_of_single_samples() {
+        struct Noise;
+        fn value(frame: u32, place: usize) -> Rgb {
+            match (frame as usize * 7919 + place * 104_729) % 1013 {
+                0 => Rgb::NAN,
+                bits => Rgb::new(bits as f32 * 0.37, 1.0 / bits as f32, place as f32),
+            }
+        }
+        impl FrameMethod for Noise {
+            fn size(&self) -> [u32; 2] {
+                [45, 21]
+            }
+            fn render_frame(
+                &mut self,
+                frame: u32,
+                _: u64,
+                image: &mut [Rgb],
+                _: &AtomicBool,
+            ) -> Option<RayCounts> {
+                for (place, pixel) in image.iter_mut().enumerate() {
+                    *pixel = value(frame, place);
+                }
+                Some(RayCounts::default())
+            }
+        }
+        let mut expected = Film::new(45, 21).unwrap();
+        for frame in 0..5 {
+            for place in 0..45 * 21 {
+                expected.add(place as u32 % 45, place as u32 / 45, value(frame, place));
+            }
+        }
+        assert!(expected.non_finite() > 0);
+        for threads in [1, 3] {
+            let options = RenderOptions {
+                threads,
+                ..RenderOptions::new(45, 21, Budget::Samples(5))
+            };
+            let outcome = render_frames(&mut Noise, &options, &|_| (), &AtomicBool::new(false)).unwrap();
+            assert!(outcome.film == expected, "{threads} threads");
+        }
     }
 
     #[test]

@@ -154,14 +154,15 @@ fn row_after(training: u32, scene: &str, name: &str, mut method: impl GpuMethod)
     let [width, height] = method.size();
     let mut frames: Vec<(f64, f64, BTreeMap<String, f64>)> = Vec::new();
     for frame in 0..training {
-        method.frame(frame, 1)?;
+        method.begin(frame, 1)?.finish()?;
     }
     let start = Instant::now();
     for frame in training.. {
         let is_warm = frame > training && start.elapsed().as_secs_f64() > WARM_UP;
-        let (_, rays) = method.frame(frame, 1)?;
+        let finished = method.begin(frame, 1)?.finish()?;
+        let rays = finished.rays;
         let mut kernels = BTreeMap::new();
-        for pass in method.times() {
+        for pass in finished.times {
             let kernel = pass.label.rsplit(' ').next().unwrap_or_default();
             *kernels.entry(kernel.to_owned()).or_insert(0.0) += pass.seconds;
         }

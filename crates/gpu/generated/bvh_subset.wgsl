@@ -138,17 +138,43 @@ fn clamped(i: u32) -> vec2u {
     return select(weight, drawn.clamp, package_lightshed_double__1double_less(drawn.clamp, weight));
 }
 
-@compute @workgroup_size(64)
-fn sum_chunks(@builtin(global_invocation_id) id: vec3u) {
-    let chunk = id.x;
-    if chunk >= drawing.chunks {
-        return;
+var<workgroup> row_sums: array<vec2u, 256>;
+
+var<workgroup> row_points: array<u32, 256>;
+
+fn add_in_order(before: vec2u, count: u32) -> vec2u {
+    var sum = before;
+    for (var k = 0u; k < count; k++) {
+        sum = package_lightshed_double__2double_add_positive(sum, row_sums[k]);
+        row_sums[k] = sum;
     }
+    return sum;
+}
+
+fn row_length(first: u32, end: u32) -> u32 {
+    return min(max(end, first) - first, package_group_GROUP);
+}
+
+@compute @workgroup_size(256)
+fn sum_chunks(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let chunk = group.y * groups.x + group.x;
+    let end = min((chunk + 1u) * CHUNK, package__1bvh_build_settings.count);
     var sum = package_lightshed_double_ZERO;
-    for (var i = chunk * CHUNK; i < min((chunk + 1u) * CHUNK, package__1bvh_build_settings.count); i++) {
-        sum = package_lightshed_double__1double_add(sum, clamped(i));
+    for (var row = 0u; row < CHUNK; row += package_group_GROUP) {
+        let first = chunk * CHUNK + row;
+        let length = row_length(first, end);
+        if lane < length {
+            row_sums[lane] = clamped(first + lane);
+        }
+        workgroupBarrier();
+        if lane == 0u {
+            sum = add_in_order(sum, length);
+        }
+        workgroupBarrier();
     }
-    sums[chunk] = sum;
+    if lane == 0u && chunk < drawing.chunks {
+        sums[chunk] = sum;
+    }
 }
 
 @compute @workgroup_size(1)
@@ -174,34 +200,61 @@ fn points_before(place: vec2u) -> u32 {
     return whole + select(0u, 1u, package_lightshed_double__1double_less(package_lightshed_double__2double_from_u32(whole), place));
 }
 
-@compute @workgroup_size(64)
-fn choose(@builtin(global_invocation_id) id: vec3u) {
-    let chunk = id.x;
-    if chunk >= drawing.chunks {
-        return;
+fn points_of_chunks_up_to(chunk: u32, end: u32) -> u32 {
+    if chunk + 1u < drawing.chunks {
+        return points_before(stratum_of(end, sums[chunk + 1u]));
     }
+    return drawing.strata;
+}
+
+@compute @workgroup_size(256)
+fn choose(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let chunk = group.y * groups.x + group.x;
     let start = chunk * CHUNK;
     let end = min(start + CHUNK, package__1bvh_build_settings.count);
-    var sum = sums[chunk];
-    var points = points_before(stratum_of(start, sum));
-    var last_points = drawing.strata;
-    if chunk + 1u < drawing.chunks {
-        last_points = points_before(stratum_of(end, sums[chunk + 1u]));
-    }
+    var sum = package_lightshed_double_ZERO;
+    var points = 0u;
     var count = 0u;
-    for (var i = start; i < end; i++) {
-        sum = package_lightshed_double__1double_add(sum, clamped(i));
-        var next = last_points;
-        if i + 1u < end {
-            next = points_before(stratum_of(i + 1u, sum));
-        }
-        if next > points {
-            picked[start + count] = i;
-            count += 1u;
-        }
-        points = max(next, points);
+    if lane == 0u && chunk < drawing.chunks {
+        sum = sums[chunk];
+        points = points_before(stratum_of(start, sum));
     }
-    picked[package__1bvh_build_settings.count + chunk] = count;
+    for (var row = 0u; row < CHUNK; row += package_group_GROUP) {
+        let first = start + row;
+        let length = row_length(first, end);
+        let own = first + lane;
+        if lane < length {
+            row_sums[lane] = clamped(own);
+        }
+        workgroupBarrier();
+        if lane == 0u {
+            sum = add_in_order(sum, length);
+        }
+        workgroupBarrier();
+        if lane < length {
+            if own + 1u < end {
+                row_points[lane] = points_before(stratum_of(own + 1u, row_sums[lane]));
+            }
+            else {
+                row_points[lane] = points_of_chunks_up_to(chunk, end);
+            }
+        }
+        workgroupBarrier();
+        if lane == 0u {
+            for (var k = 0u; k < length; k++) {
+                let i = first + k;
+                let next = row_points[k];
+                if next > points {
+                    picked[start + count] = i;
+                    count += 1u;
+                }
+                points = max(next, points);
+            }
+        }
+    }
+    if lane == 0u && chunk < drawing.chunks {
+        picked[package__1bvh_build_settings.count + chunk] = count;
+    }
 }
 
 @compute @workgroup_size(256)
@@ -633,6 +686,30 @@ fn package_lightshed_double__1eighteen_bits(rest: vec2u, by: vec2u, scale: f32) 
         bits += 1u;
     }
     return vec3u(left, bits);
+}
+
+fn package_lightshed_double__2double_add_positive(a: vec2u, b: vec2u) -> vec2u {
+    let exchanged = package_lightshed_wide__1wide_less(a, b);
+    let large = select(a, b, exchanged);
+    let small = select(b, a, exchanged);
+    let exponent = large.y >> 20u;
+    let apart = exponent - (small.y >> 20u);
+    if apart > 31u || exponent > 2045u || small.y < 1048576u {
+        return package_lightshed_double__1double_add(a, b);
+    }
+    let low = vec2u(small.x << 10u, (((small.y & 1048575u) | 1048576u) << 10u) | (small.x >> 22u));
+    let lost = (low.x << 1u) << (31u - apart);
+    let carried = (low.y << 1u) << (31u - apart);
+    let shifted = vec2u((low.x >> apart) | carried | select(0u, 1u, lost != 0u), low.y >> apart);
+    let high = vec2u(large.x << 10u, (((large.y & 1048575u) | 1048576u) << 10u) | (large.x >> 22u));
+    let sum = package_lightshed_wide__1wide_add(high, shifted);
+    let more = sum.y >> 31u;
+    let half = 512u << more;
+    let rest = sum.x & (2u * half - 1u);
+    let kept = (sum.x >> (10u + more)) | (sum.y << (22u - more));
+    let up = rest > half || (rest == half && (kept & 1u) == 1u);
+    let bits = vec2u(kept, (sum.y >> (10u + more)) + ((exponent + more - 1u) << 20u));
+    return package_lightshed_wide__1wide_add(bits, vec2u(select(0u, 1u, up), 0u));
 }
 
 fn package_lightshed_double__2double_from_f32(x: f32) -> vec2u {

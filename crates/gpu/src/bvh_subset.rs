@@ -18,8 +18,6 @@ pub(crate) const TABLES: [Table; 2] = [BvhSourceBindings::TABLE, BvhSubsetBindin
 
 /// Boxes whose weights one thread sums.
 const CHUNK: u32 = 8192;
-/// Threads of a workgroup of chunks.
-const CHUNK_GROUP: u32 = 64;
 const BINS: usize = 128;
 
 const _: () = assert!(CHUNK as usize == Sampling::CHUNK);
@@ -295,7 +293,7 @@ impl BvhSubsetBuilder {
         let own = work.bind(&subset.bindings(tree));
         let bound = [&source, &own];
         let of_boxes = groups(subset.count.div_ceil(GROUP));
-        let of_chunks = groups(subset.chunks.div_ceil(CHUNK_GROUP));
+        let of_chunks = groups(subset.chunks);
         let of_leaves = groups(subset.strata.div_ceil(GROUP));
         let of_nodes = groups((2 * subset.strata - 1).div_ceil(GROUP));
         let one = [1, 1, 1];

@@ -1,7 +1,7 @@
 //! Paths on the device that end in a cache.
 
 use crate::guided::check_guide;
-use crate::{Gpu, GpuError, GpuMethod, GpuPathTracer, GpuScene, PassTime};
+use crate::{BegunFrame, FinishedFrame, Gpu, GpuError, GpuMethod, GpuPathTracer, GpuScene};
 use lightshed_film::RayCounts;
 use lightshed_integrator::sampling::PointSet;
 use lightshed_integrator::{CachedPaths, CachedPathsOptions, GuidedPathsOptions, SceneField};
@@ -92,7 +92,7 @@ impl GpuMethod for GpuCachedPaths<'_> {
         self.device.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         if !self.is_filled {
             self.host.prepare(&AtomicBool::new(false));
             let field = match self.host.field() {
@@ -109,7 +109,7 @@ impl GpuMethod for GpuCachedPaths<'_> {
             self.device.write_cache(&self.host.ending());
         }
         if self.samples == 1 {
-            return self.device.frame(frame, seed);
+            return self.device.begin(frame, seed);
         }
         let rendered = self
             .device
@@ -119,10 +119,10 @@ impl GpuMethod for GpuCachedPaths<'_> {
             camera: rendered.mean().len() as u64 * u64::from(self.samples),
             ..RayCounts::default()
         };
-        Ok((rendered.mean().to_vec(), rays))
-    }
-
-    fn times(&self) -> &[PassTime] {
-        self.device.times()
+        Ok(BegunFrame::from(FinishedFrame {
+            values: rendered.mean().to_vec(),
+            rays,
+            times: self.device.times().to_vec(),
+        }))
     }
 }

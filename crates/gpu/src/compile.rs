@@ -4,9 +4,8 @@ use crate::GpuError;
 use crate::bindings::{Bindings, BoundGroup, Table};
 use crate::buffer::Access;
 use crate::device::Gpu;
-use crate::kernel::{Kernel, KernelKey, Program};
-use std::collections::HashMap;
-use std::sync::PoisonError;
+use crate::kernel::{Kernel, KernelKey};
+use lightshed_integrator::sampling::parallel;
 
 impl Gpu {
     /// Prepares the entry point `entry` of `wgsl`, with its overridable constants set. Bindings are
@@ -46,6 +45,19 @@ impl Gpu {
         self.kernel_of_groups(label, wgsl, entry, groups, constants.to_vec())
     }
 
+    /// Several kernels by their entry points, compiled at the same time on the current pool's
+    /// threads.
+    pub(crate) fn at_once<const N: usize>(
+        entries: [&str; N],
+        kernel: impl Fn(&str) -> Result<Kernel, GpuError> + Sync,
+    ) -> Result<[Kernel; N], GpuError> {
+        let kernels = parallel::map(entries.into_iter(), |_, entry| kernel(entry));
+        let kernels: Vec<Kernel> = kernels.into_iter().collect::<Result<_, _>>()?;
+        Ok(kernels
+            .try_into()
+            .unwrap_or_else(|_| unreachable!("one for each entry point")))
+    }
+
     fn kernel_of_groups(
         &self,
         label: &str,
@@ -62,38 +74,34 @@ impl Gpu {
                 .map(|(name, value)| (name, value.to_bits()))
                 .collect(),
         };
-        // A program whose construction panicked was not stored.
-        let mut programs = self
-            .kernels()
-            .programs
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let known = programs.get(wgsl);
-        if let Some(kernel) = known.and_then(|program| program.kernels.get(&key)) {
-            return Ok(Kernel {
+        let program = self.kernels().program(wgsl);
+        let kernel = program.kernel(&key).or_make(|| {
+            let module = program
+                .module
+                .or_make(|| self.checked(label, || self.module(label, wgsl)))?;
+            let pipeline = self.checked(label, || self.pipeline(label, &module, &key))?;
+            Ok(Kernel {
+                pipeline,
                 label: label.to_owned(),
-                ..kernel.clone()
-            });
-        }
+            })
+        })?;
+        Ok(Kernel {
+            label: label.to_owned(),
+            ..kernel
+        })
+    }
+
+    /// What `make` makes of the device, or what the validator says.
+    fn checked<T>(&self, label: &str, make: impl FnOnce() -> T) -> Result<T, GpuError> {
         let scope = self.device().push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = known.map_or_else(|| self.module(label, wgsl), |program| program.module.clone());
-        let pipeline = self.pipeline(label, &module, &key);
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(GpuError::Refused {
+        let made = make();
+        match pollster::block_on(scope.pop()) {
+            None => Ok(made),
+            Some(error) => Err(GpuError::Refused {
                 what: label.to_owned(),
                 message: error.to_string(),
-            });
+            }),
         }
-        let kernel = Kernel {
-            pipeline,
-            label: label.to_owned(),
-        };
-        let program = programs.entry(wgsl.to_owned()).or_insert_with(|| Program {
-            module,
-            kernels: HashMap::new(),
-        });
-        program.kernels.insert(key, kernel.clone());
-        Ok(kernel)
     }
 
     fn module(&self, label: &str, wgsl: &str) -> wgpu::ShaderModule {

@@ -3,6 +3,7 @@
 use crate::GpuError;
 use crate::buffer::Buffer;
 use crate::kernel::KernelCache;
+use crate::readback::{Readback, wait};
 use bytemuck::Pod;
 use wgpu::util::DeviceExt;
 
@@ -172,34 +173,12 @@ impl Gpu {
         if bytes == 0 {
             return Ok(Vec::new());
         }
-        let size = bytes.next_multiple_of(4);
-        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read back"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&buffer.buffer, 0, &staging, 0, size);
-        self.queue.submit([encoder.finish()]);
-        let lost = |error: &dyn std::fmt::Display| GpuError::Lost(error.to_string());
-        let (sender, receiver) = std::sync::mpsc::channel();
-        staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // Nobody listens any more only if the device is lost.
-            let _ = sender.send(result);
-        });
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|error| lost(&error))?;
-        receiver
-            .recv()
-            .map_err(|error| lost(&error))?
-            .map_err(|error| lost(&error))?;
-        let view = staging
-            .slice(..)
-            .get_mapped_range()
-            .map_err(|error| lost(&error))?;
-        Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
+        let values = Readback::record(self, &mut encoder, buffer, bytes);
+        let submission = self.queue.submit([encoder.finish()]);
+        let values = values.ask();
+        wait(&self.device, submission)?;
+        values.values()
     }
 
     pub(crate) fn kernels(&self) -> &KernelCache {

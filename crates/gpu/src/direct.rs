@@ -7,9 +7,8 @@ use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::light_cache::LightCacheMemory;
 use crate::programs::DIRECT;
 use crate::sample_kernel::SampleKernel;
-use crate::{Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, PassTime};
+use crate::{BegunFrame, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
 use lightshed_integrator::guiding::FlatLightCache;
 
@@ -159,16 +158,12 @@ impl GpuMethod for GpuDirectLight<'_> {
     }
 
     /// Sample number `frame` of each pixel.
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let asked = Direct {
             sample: frame,
             ..self.asked
         };
-        self.samples.frame(seed, [2, u32::MAX], asked)
-    }
-
-    fn times(&self) -> &[PassTime] {
-        &self.samples.times
+        self.samples.begin(seed, [2, u32::MAX], asked)
     }
 }
 

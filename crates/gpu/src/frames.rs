@@ -1,6 +1,6 @@
 //! Adapts methods on the device to the common render loop.
 
-use crate::{Buffer, Gpu, GpuError, PassTime};
+use crate::{BegunFrame, GpuError, PassTime};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_scene::Rgb;
 use std::collections::BTreeMap;
@@ -11,16 +11,24 @@ pub trait GpuMethod {
     /// Width and height of the frames.
     fn size(&self) -> [u32; 2];
 
-    /// Estimates frame number `frame`, row by row, and returns its ray counts; called with 0, 1, 2,
-    /// … in order.
+    /// Gives frame number `frame` to the device, which estimates it after all frames before; called
+    /// with 0, 1, 2, … in order. The host waits only where it needs results of the device
+    /// or has a part in the frame.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Lost`].
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError>;
+    /// [`GpuError::Lost`]; [`GpuError::TooLarge`].
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError>;
 
-    /// Run time of each dispatch of the last frame; empty if the device has no clock.
-    fn times(&self) -> &[PassTime];
+    /// Estimates frame number `frame`, row by row, and returns its ray counts.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`begin`](Self::begin).
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        let frame = self.begin(frame, seed)?.finish()?;
+        Ok((frame.values, frame.rays))
+    }
 }
 
 impl<M: GpuMethod + ?Sized> GpuMethod for Box<M> {
@@ -28,34 +36,19 @@ impl<M: GpuMethod + ?Sized> GpuMethod for Box<M> {
         (**self).size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        (**self).frame(frame, seed)
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
+        (**self).begin(frame, seed)
     }
-
-    fn times(&self) -> &[PassTime] {
-        (**self).times()
-    }
-}
-
-/// The contents of `image` after a frame, for methods that trace a camera ray for each pixel and
-/// count no others.
-pub(crate) fn finished_frame(
-    gpu: &Gpu,
-    image: &Buffer,
-    [width, height]: [u32; 2],
-) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-    let values: Vec<[f32; 4]> = gpu.read(image, (width * height) as usize)?;
-    let rays = RayCounts {
-        camera: u64::from(width * height),
-        ..RayCounts::default()
-    };
-    Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
 }
 
 /// A [`GpuMethod`] as a [`FrameMethod`]. It stores failures and times, which that trait cannot
 /// return.
 pub struct GpuFrames<M> {
     method: M,
+    /// Frames from here on are begun when they are asked for.
+    end: u32,
+    /// A frame that was begun before it was asked for: its number, the seed, and the frame.
+    ahead: Option<(u32, u64, BegunFrame)>,
     failure: Option<GpuError>,
     seconds: BTreeMap<String, f64>,
 }
@@ -65,9 +58,20 @@ impl<M: GpuMethod> GpuFrames<M> {
     pub fn new(method: M) -> Self {
         Self {
             method,
+            end: 0,
+            ahead: None,
             failure: None,
             seconds: BTreeMap::new(),
         }
+    }
+
+    /// Begins each frame before number `end` while the one before it comes to the host, so that the
+    /// device does not wait. For frames that are asked for one after the other with one seed; if
+    /// fewer are, the last one was begun in vain. The frames are the same.
+    #[must_use]
+    pub fn ahead_until(mut self, end: u32) -> Self {
+        self.end = end;
+        self
     }
 
     /// The error, if any: then the last frame was not rendered, and rendering ended as if it had
@@ -80,6 +84,22 @@ impl<M: GpuMethod> GpuFrames<M> {
     /// there is no clock.
     pub fn pass_seconds(&self) -> &BTreeMap<String, f64> {
         &self.seconds
+    }
+
+    /// Estimates a frame, and begins the next one.
+    fn render(&mut self, frame: u32, seed: u64, image: &mut [Rgb]) -> Result<RayCounts, GpuError> {
+        let begun = match self.ahead.take() {
+            Some((number, of_seed, begun)) if (number, of_seed) == (frame, seed) => begun,
+            _ => self.method.begin(frame, seed)?,
+        };
+        if let Some(next) = frame.checked_add(1).filter(|&next| next < self.end) {
+            self.ahead = Some((next, seed, self.method.begin(next, seed)?));
+        }
+        let (rays, times) = begun.finish_into(image)?;
+        for PassTime { label, seconds } in times {
+            *self.seconds.entry(label).or_default() += seconds;
+        }
+        Ok(rays)
     }
 }
 
@@ -95,19 +115,8 @@ impl<M: GpuMethod + Send> FrameMethod for GpuFrames<M> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        match self.method.frame(frame, seed) {
-            Ok((values, rays)) => {
-                for (pixel, value) in image.iter_mut().zip(values) {
-                    *pixel = value.into();
-                }
-                for PassTime { label, seconds } in self.method.times() {
-                    match self.seconds.get_mut(label) {
-                        Some(sum) => *sum += seconds,
-                        None => drop(self.seconds.insert(label.clone(), *seconds)),
-                    }
-                }
-                Some(rays)
-            }
+        match self.render(frame, seed, image) {
+            Ok(rays) => Some(rays),
             Err(failure) => {
                 self.failure = Some(failure);
                 cancel.store(true, Ordering::Relaxed);

@@ -1,6 +1,6 @@
 //! Guided paths on the device.
 
-use crate::{Gpu, GpuError, GpuMethod, GpuPathTracer, GpuScene, PassTime};
+use crate::{BegunFrame, FinishedFrame, Gpu, GpuError, GpuMethod, GpuPathTracer, GpuScene};
 use lightshed_film::RayCounts;
 use lightshed_integrator::sampling::PointSet;
 use lightshed_integrator::{GuideKind, GuidedHalf, GuidedPaths, GuidedPathsOptions, SceneField};
@@ -18,7 +18,6 @@ pub struct GpuGuidedPaths<'a> {
     /// The guide that the device has.
     guide: OnDevice,
     image: Vec<Rgb>,
-    times: Vec<PassTime>,
 }
 
 /// A guide on the device: the field does not change once it is there.
@@ -78,7 +77,6 @@ impl<'a> GpuGuidedPaths<'a> {
             size,
             guide: OnDevice::Unset,
             image: vec![Rgb::ZERO; size[0] as usize * size[1] as usize],
-            times: Vec::new(),
         })
     }
 
@@ -141,16 +139,16 @@ impl GpuMethod for GpuGuidedPaths<'_> {
         self.size
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let Self {
             host,
             device,
             guide,
             image,
-            times,
             ..
         } = self;
-        times.clear();
+        // None of a frame on the host.
+        let mut times = Vec::new();
         let mut failure = None;
         let rays =
             host.render_frame_elsewhere(frame, seed, image, &AtomicBool::new(false), &mut |half, image| {
@@ -167,16 +165,12 @@ impl GpuMethod for GpuGuidedPaths<'_> {
             });
         match (rays, failure) {
             (_, Some(failure)) => Err(failure),
-            (rays, None) => Ok((
-                image.iter().map(Rgb::to_array).collect(),
-                rays.unwrap_or_default(),
-            )),
+            (rays, None) => Ok(BegunFrame::from(FinishedFrame {
+                values: image.iter().map(Rgb::to_array).collect(),
+                rays: rays.unwrap_or_default(),
+                times,
+            })),
         }
-    }
-
-    /// How long each dispatch of the last frame ran; none of a frame on the host.
-    fn times(&self) -> &[PassTime] {
-        &self.times
     }
 }
 

@@ -4,6 +4,7 @@
 //! Shaders are those of the crate `lightshed-shaders`, linked and checked in.
 
 mod asked;
+mod begun;
 mod bindings;
 mod buffer;
 mod bvh;
@@ -33,6 +34,7 @@ mod programs;
 mod quadtree;
 mod radiance_cache;
 mod radix_sort;
+mod readback;
 mod restir_di;
 mod restir_frames;
 mod restir_pt;
@@ -47,6 +49,7 @@ mod vpl_grid;
 mod work;
 mod world;
 
+pub use begun::{BegunFrame, FinishedFrame};
 pub use buffer::{Access, Buffer};
 pub use bvh::{BvhBuilder, GpuBvh};
 pub use bvh_subset::{BvhSubsetBuilder, GpuBvhSubset};

@@ -2,13 +2,11 @@
 
 use crate::bindings::{BoundGroup, LightTreeBindings, LightcutBindings, SceneBindings, Table};
 use crate::emitter_tree::{EmitterTree, TreeShape};
-use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::LIGHTCUTS;
 use crate::scene::Settings;
-use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::{BegunFrame, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::{
     CutTree, LightcutError, LightcutOptions, MAX_CUT_BLOCK, MAX_DIRECT_SAMPLES, MAX_SUBTREES,
 };
@@ -34,7 +32,6 @@ pub struct GpuLightcuts<'a> {
     lengths: Buffer,
     hits: Buffer,
     blocks: [u32; 2],
-    times: Vec<PassTime>,
 }
 
 /// What the program binds.
@@ -115,14 +112,13 @@ impl<'a> GpuLightcuts<'a> {
             options,
             groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&emitters.bindings()])],
             emitters,
-            kernels: [kernel("see")?, kernel("choose")?, kernel("shade")?],
+            kernels: Gpu::at_once(["see", "choose", "shade"], kernel)?,
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
             cuts: gpu.zeros("cuts", SUBTREE_BYTES * u64::from(options.subtrees) * block_count)?,
             lengths: gpu.zeros("lengths of cuts", LENGTH_BYTES * block_count)?,
             hits: gpu.zeros("hits", HIT_BYTES * pixels)?,
             blocks,
-            times: Vec::new(),
         })
     }
 
@@ -175,7 +171,7 @@ impl GpuMethod for GpuLightcuts<'_> {
         self.scene.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let settings = self.scene.kernel_settings(seed, 2, u32::MAX);
         self.gpu.write(&self.settings, &[settings]);
         let [columns, rows] = self.blocks;
@@ -213,12 +209,7 @@ impl GpuMethod for GpuLightcuts<'_> {
             work.dispatch_bound(choose, &bound, groups_of(columns * rows));
         }
         work.dispatch_bound(shade, &bound, groups_of(width * height));
-        self.times = work.finish()?;
-        finished_frame(self.gpu, &self.image, self.size())
-    }
-
-    fn times(&self) -> &[PassTime] {
-        &self.times
+        Ok(work.begin_image(&self.image, self.size()))
     }
 }
 

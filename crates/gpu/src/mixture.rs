@@ -1,12 +1,10 @@
 //! Markov chain mixtures on the device.
 
 use crate::bindings::{BoundGroup, MixtureBindings, SceneBindings, Table};
-use crate::frames::finished_frame;
 use crate::programs::MIXTURE;
 use crate::scene::Settings;
-use crate::{Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::{BegunFrame, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::guiding::{MarkovOptions, MarkovState};
 use lightshed_integrator::resampling::Exchange;
 use lightshed_integrator::{MixtureOptions, MixtureSets};
@@ -27,7 +25,6 @@ pub struct GpuMixture<'a> {
     image: Buffer,
     /// Of this frame and the one before, by turns.
     states: [Buffer; 2],
-    times: Vec<PassTime>,
 }
 
 /// What the program binds.
@@ -123,7 +120,6 @@ impl<'a> GpuMixture<'a> {
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
             states: [states()?, states()?],
-            times: Vec::new(),
         })
     }
 
@@ -179,7 +175,7 @@ impl GpuMethod for GpuMixture<'_> {
         self.scene.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let render = self.scene.settings();
         let settings =
             self.scene
@@ -225,12 +221,7 @@ impl GpuMethod for GpuMixture<'_> {
             work.clear(states_before, states_before.bytes());
         }
         work.dispatch_bound(&self.kernel, &[&self.bound, &method], self.groups());
-        self.times = work.finish()?;
-        finished_frame(self.gpu, &self.image, [width, height])
-    }
-
-    fn times(&self) -> &[PassTime] {
-        &self.times
+        Ok(work.begin_image(&self.image, [width, height]))
     }
 }
 

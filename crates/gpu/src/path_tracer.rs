@@ -8,9 +8,8 @@ use crate::image::PixelSums;
 use crate::programs::PATH;
 use crate::radiance_cache::CacheMemory;
 use crate::scene::{GpuScene, Settings};
-use crate::{Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
+use crate::{BegunFrame, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::CacheEnding;
 use lightshed_integrator::guiding::FlatGuidingField;
 
@@ -83,6 +82,8 @@ const PIXEL_BYTES: u64 = size_of::<PixelSums>() as u64;
 const PATHS: u32 = 1 << 18;
 /// Number of edges after which the host checks whether any path is active.
 const LOOK_EVERY: u32 = 16;
+/// Places of counts of which rays are counted.
+const COUNTED: u64 = 2 * 1024;
 /// Longest path of any: places for counts.
 const MOST_EDGES: u32 = 1 << 16;
 /// Threads in a workgroup.
@@ -240,6 +241,11 @@ impl<'a> GpuPathTracer<'a> {
         self.cache.bytes()
     }
 
+    /// How long each dispatch of the last [`GpuPathTracer::render`] ran.
+    pub fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+
     /// Bytes on the device, the scene's, a guide's, a cache's and a few counts apart:
     /// [`GpuPathTracer::BYTES_PER_PIXEL`] for each pixel of an image that is large enough to have
     /// one sample of each on its way, and 20 more with a cache; smaller ones have several.
@@ -276,8 +282,7 @@ impl<'a> GpuPathTracer<'a> {
         let mut done = 0;
         while done < count {
             let samples = self.samples.min(count - done);
-            self.wave(first + done, samples)?;
-            let mut work = self.gpu.timed_work();
+            let mut work = self.wave(first + done, samples)?;
             let step = self.step(0, first + done, samples)?;
             self.dispatch(&mut work, &self.kernels.accumulate, &step, self.pixels());
             self.times.extend(work.finish()?);
@@ -293,27 +298,7 @@ impl<'a> GpuPathTracer<'a> {
     ///
     /// [`GpuError::Lost`].
     pub fn sample(&mut self, index: u32, seed: u64) -> Result<Vec<[f32; 3]>, GpuError> {
-        self.times.clear();
-        self.prepare(seed);
-        self.wave(index, 1)?;
-        let mut work = self.gpu.timed_work();
-        let step = self.step(0, index, 1)?;
-        self.dispatch(&mut work, &self.kernels.show, &step, self.pixels().div_ceil(4));
-        self.times.extend(work.finish()?);
-        self.gpu.read(&self.memory.film, self.pixels() as usize)
-    }
-
-    /// Rays of the last wave, by what is left of its counts.
-    fn rays(&self) -> Result<RayCounts, GpuError> {
-        let words = (self.memory.counts.bytes() / 4).min(2 * 1024) as usize;
-        let counts: Vec<u32> = self.gpu.read(&self.memory.counts, words)?;
-        let sum = |first: usize| counts.iter().skip(first).step_by(2).map(|&n| u64::from(n)).sum();
-        Ok(RayCounts {
-            camera: u64::from(counts[2]),
-            path: sum(4),
-            emitter: sum(3),
-            ..RayCounts::default()
-        })
+        Ok(self.begin(index, seed)?.finish()?.values)
     }
 
     fn pixels(&self) -> u32 {
@@ -339,10 +324,11 @@ impl<'a> GpuPathTracer<'a> {
         self.gpu.buffer("step", &[step])
     }
 
-    /// Traces `samples` paths of each pixel to their ends.
-    fn wave(&mut self, sample: u32, samples: u32) -> Result<(), GpuError> {
+    /// Traces `samples` paths of each pixel to their ends, by work of which the last is returned.
+    fn wave(&mut self, sample: u32, samples: u32) -> Result<Work<'a>, GpuError> {
         let paths = self.pixels() * samples;
-        let mut work = self.gpu.timed_work();
+        let gpu = self.gpu;
+        let mut work = gpu.timed_work();
         work.clear(&self.memory.counts, self.memory.counts.bytes());
         let step = self.step(0, sample, samples)?;
         self.dispatch(&mut work, &self.kernels.start, &step, paths);
@@ -353,15 +339,14 @@ impl<'a> GpuPathTracer<'a> {
             }
             if depth % LOOK_EVERY == 0 && depth < self.max_depth {
                 self.times.extend(work.finish()?);
-                work = self.gpu.timed_work();
+                work = gpu.timed_work();
                 let counts: Vec<u32> = self.gpu.read(&self.memory.counts, 2 * depth as usize + 3)?;
                 if counts[2 * depth as usize + 2] == 0 {
                     break;
                 }
             }
         }
-        self.times.extend(work.finish()?);
-        Ok(())
+        Ok(work)
     }
 
     fn dispatch(&self, work: &mut Work, kernel: &Kernel, step: &Buffer, threads: u32) {
@@ -396,15 +381,17 @@ impl GpuMethod for GpuPathTracer<'_> {
         self.scene.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        let values = self.sample(frame, seed)?;
-        Ok((values, self.rays()?))
-    }
-
-    /// How long each dispatch of the last [`GpuPathTracer::render`] or [`GpuPathTracer::sample`]
-    /// ran.
-    fn times(&self) -> &[PassTime] {
-        &self.times
+    /// Sample number `frame` of each pixel.
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
+        self.times.clear();
+        self.prepare(seed);
+        let mut work = self.wave(frame, 1)?;
+        let step = self.step(0, frame, 1)?;
+        self.dispatch(&mut work, &self.kernels.show, &step, self.pixels().div_ceil(4));
+        let Memory { film, counts, .. } = &self.memory;
+        let words = (counts.bytes() / 4).min(COUNTED);
+        let times = std::mem::take(&mut self.times);
+        Ok(work.begin_paths(times, (film, self.pixels()), (counts, words)))
     }
 }
 
@@ -430,13 +417,15 @@ impl Kernels {
         let constants = scene.constants(program, &besides);
         let kernel =
             |entry: &str| gpu.kernel_of_tables(&format!("path {entry}"), program, entry, &TABLES, &constants);
+        let entries = ["start", "extend", "shade", "connect", "accumulate", "show"];
+        let [start, extend, shade, connect, accumulate, show] = Gpu::at_once(entries, kernel)?;
         Ok(Self {
-            start: kernel("start")?,
-            extend: kernel("extend")?,
-            shade: kernel("shade")?,
-            connect: kernel("connect")?,
-            accumulate: kernel("accumulate")?,
-            show: kernel("show")?,
+            start,
+            extend,
+            shade,
+            connect,
+            accumulate,
+            show,
         })
     }
 }

@@ -5,9 +5,8 @@ use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::programs::{RESTIR_DI, RESTIR_DI_WORLD};
 use crate::restir_frames::{MOST_NEIGHBOURS, RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
 use crate::world::{WorldProgram, check_world};
-use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
+use crate::{BegunFrame, Gpu, GpuError, GpuMethod, GpuScene};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::RestirDiSettings;
 
 /// Direct light by reservoirs that pixels and frames share: the estimator of
@@ -181,7 +180,7 @@ impl GpuMethod for GpuRestirDi<'_> {
         self.frames.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let Self { settings, tree, .. } = *self;
         let asked = ReuseFrame {
             number: frame,
@@ -190,7 +189,7 @@ impl GpuMethod for GpuRestirDi<'_> {
             temporal: settings.temporal_reuse,
             rounds: settings.spatial_rounds,
         };
-        self.frames.frame(asked, |_| Frame {
+        self.frames.begin(asked, |_| Frame {
             number: frame,
             candidates: settings.emitter_candidates,
             neighbours: settings.neighbours,
@@ -199,10 +198,6 @@ impl GpuMethod for GpuRestirDi<'_> {
             padding: [0; 3],
             tree,
         })
-    }
-
-    fn times(&self) -> &[PassTime] {
-        self.frames.times()
     }
 }
 

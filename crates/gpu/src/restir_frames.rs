@@ -3,13 +3,11 @@
 use crate::bindings::{Bindings, BoundGroup, ReuseBindings, Table};
 #[cfg(test)]
 use crate::cell_table::GpuCellTable;
-use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::scene::Settings;
 use crate::world::{GpuWorld, MOST_READS, WorldProgram};
-use crate::{Buffer, Gpu, GpuError, GpuScene, Kernel, PassTime};
+use crate::{BegunFrame, Buffer, Gpu, GpuError, GpuScene, Kernel};
 use bytemuck::Pod;
-use lightshed_film::RayCounts;
 
 /// Most neighbours, as the shader module `inputs` has it.
 pub(crate) const MOST_NEIGHBOURS: u32 = 8;
@@ -37,7 +35,6 @@ pub(crate) struct RestirFrames<'a> {
     world: Option<GpuWorld>,
     /// Which of the two buffers of reservoirs holds those of the last frame.
     latest: usize,
-    times: Vec<PassTime>,
 }
 
 /// A program with entry points `primary`, `candidates`, `temporal` and `spatial`.
@@ -111,6 +108,8 @@ impl<'a> RestirFrames<'a> {
         let constants = scene.constants(wgsl, program.constants);
         let kernel =
             |entry: &str| gpu.kernel_of_tables(&format!("{name} {entry}"), wgsl, entry, tables, &constants);
+        let [primary, candidates, temporal, spatial] =
+            Gpu::at_once(["primary", "candidates", "temporal", "spatial"], kernel)?;
         let [width, height] = scene.size();
         let pixels = u64::from(width) * u64::from(height);
         let primaries = |name| gpu.zeros(name, PRIMARY_BYTES * pixels);
@@ -125,10 +124,10 @@ impl<'a> RestirFrames<'a> {
             gpu,
             scene,
             kernels: Kernels {
-                primary: kernel("primary")?,
-                candidates: kernel("candidates")?,
-                temporal: kernel("temporal")?,
-                spatial: kernel("spatial")?,
+                primary,
+                candidates,
+                temporal,
+                spatial,
             },
             scene_groups: [Some(&scene.bindings() as &dyn Bindings), besides]
                 .into_iter()
@@ -142,7 +141,6 @@ impl<'a> RestirFrames<'a> {
                 image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
             },
             latest: 0,
-            times: Vec::new(),
         })
     }
 
@@ -172,21 +170,16 @@ impl<'a> RestirFrames<'a> {
         ))
     }
 
-    /// How long each dispatch of the last frame ran.
-    pub fn times(&self) -> &[PassTime] {
-        &self.times
-    }
-
-    /// Renders a frame; `about` has what the program's `frame` says in each round.
+    /// Begins a frame; `about` has what the program's `frame` says in each round.
     ///
     /// # Errors
     ///
     /// [`GpuError::Lost`], [`GpuError::TooLarge`].
-    pub fn frame<F: Pod>(
+    pub fn begin<F: Pod>(
         &mut self,
         asked: ReuseFrame,
         about: impl Fn(u32) -> F,
-    ) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    ) -> Result<BegunFrame, GpuError> {
         let [max_depth, roulette_depth] = asked.depths;
         let settings = self.scene.kernel_settings(asked.seed, max_depth, roulette_depth);
         self.gpu.write(&self.memory.settings, &[settings]);
@@ -223,9 +216,8 @@ impl<'a> RestirFrames<'a> {
             let all: Vec<&BoundGroup> = self.scene_groups.iter().chain([&bound]).collect();
             work.dispatch_bound(&self.kernels.spatial, &all, groups);
         }
-        self.times = work.finish()?;
         self.latest = made;
-        finished_frame(self.gpu, &self.memory.image, self.size())
+        Ok(work.begin_image(&self.memory.image, self.size()))
     }
 
     fn bound(&self, number: u32, made: usize, frame: &Buffer) -> BoundGroup {

@@ -4,9 +4,8 @@ use crate::bindings::{ReuseBindings, SceneBindings, Table, WorldBindings};
 use crate::programs::{RESTIR_PT, RESTIR_PT_WORLD};
 use crate::restir_frames::{MOST_NEIGHBOURS, RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
 use crate::world::{WorldProgram, check_world};
-use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
+use crate::{BegunFrame, Gpu, GpuError, GpuMethod, GpuScene};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed_shift::Connectability;
 
@@ -198,7 +197,7 @@ impl GpuMethod for GpuRestirPt<'_> {
         self.frames.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let Self {
             options,
             neighbours,
@@ -216,7 +215,7 @@ impl GpuMethod for GpuRestirPt<'_> {
             temporal: options.temporal_cap.is_some(),
             rounds,
         };
-        self.frames.frame(asked, |round| Frame {
+        self.frames.begin(asked, |round| Frame {
             rules,
             number: frame,
             candidates: options.candidates,
@@ -227,10 +226,6 @@ impl GpuMethod for GpuRestirPt<'_> {
             confidence_cap: options.temporal_cap.unwrap_or(f32::MAX),
             padding: 0,
         })
-    }
-
-    fn times(&self) -> &[PassTime] {
-        self.frames.times()
     }
 }
 

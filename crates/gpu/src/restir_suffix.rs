@@ -7,10 +7,9 @@ mod tests;
 use crate::bindings::{SceneBindings, SuffixBindings, Table};
 use crate::programs::{RESTIR_PREFIX, RESTIR_SUFFIX};
 use crate::restir_pt::{Rules, depths_of, disk};
-use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
+use crate::{BegunFrame, Gpu, GpuError, GpuMethod, GpuScene};
 use bytemuck::{Pod, Zeroable};
 use frames::SuffixFrames;
-use lightshed_film::RayCounts;
 use lightshed_integrator::{MAX_PREFIXES, PathMapping, RestirSuffixOptions};
 use lightshed_shift::Connectability;
 
@@ -200,16 +199,12 @@ impl GpuMethod for GpuRestirSuffix<'_> {
         self.frames.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let asked = Frame {
             number: frame,
             ..self.asked
         };
         let temporal = self.temporal && frame > 0;
-        self.frames.frame(asked, seed, temporal, self.rounds)
-    }
-
-    fn times(&self) -> &[PassTime] {
-        self.frames.times()
+        self.frames.begin(asked, seed, temporal, self.rounds)
     }
 }

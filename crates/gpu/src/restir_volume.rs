@@ -3,9 +3,8 @@
 use crate::bindings::{MediumBindings, ReuseBindings, SceneBindings, Table};
 use crate::programs::RESTIR_VOLUME;
 use crate::restir_frames::{RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
-use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
+use crate::{BegunFrame, Gpu, GpuError, GpuMethod, GpuScene};
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
 
 /// Light that a medium and surfaces scatter once, by reservoirs that pixels and frames share: the
@@ -132,7 +131,7 @@ impl GpuMethod for GpuRestirVolume<'_> {
         self.frames.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let Self {
             options, phase_share, ..
         } = *self;
@@ -143,7 +142,7 @@ impl GpuMethod for GpuRestirVolume<'_> {
             temporal: options.temporal_reuse,
             rounds: 1,
         };
-        self.frames.frame(asked, |_| Frame {
+        self.frames.begin(asked, |_| Frame {
             number: frame,
             walks: options.walks,
             neighbours: options.neighbours,
@@ -152,10 +151,6 @@ impl GpuMethod for GpuRestirVolume<'_> {
             phase_share,
             padding: [0; 2],
         })
-    }
-
-    fn times(&self) -> &[PassTime] {
-        self.frames.times()
     }
 }
 

@@ -1,12 +1,10 @@
 //! Programs of one kernel, which computes a sample of each pixel.
 
 use crate::bindings::{BoundGroup, ImageBindings, Table};
-use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::scene::Settings;
-use crate::{Buffer, Gpu, GpuError, GpuScene, Kernel, PassTime};
+use crate::{BegunFrame, Buffer, Gpu, GpuError, GpuScene, Kernel};
 use bytemuck::Pod;
-use lightshed_film::RayCounts;
 
 /// A kernel that writes an image, with what it reads and writes: the scene, something of the
 /// method, and the settings.
@@ -18,7 +16,6 @@ pub(crate) struct SampleKernel<'a> {
     kernel: Kernel,
     settings: Buffer,
     image: Buffer,
-    pub times: Vec<PassTime>,
 }
 
 impl<'a> SampleKernel<'a> {
@@ -49,7 +46,6 @@ impl<'a> SampleKernel<'a> {
             )?,
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", Self::BYTES_PER_PIXEL * pixels)?,
-            times: Vec::new(),
         })
     }
 
@@ -58,14 +54,14 @@ impl<'a> SampleKernel<'a> {
         self.image.bytes()
     }
 
-    /// An image of paths of these depths: the longest, and where roulette starts. `asked` is what
+    /// Begins an image of paths of these depths: the longest, and where roulette starts. `asked` is what
     /// the program reads besides.
-    pub fn frame<T: Pod>(
+    pub fn begin<T: Pod>(
         &mut self,
         seed: u64,
         [max_depth, roulette_depth]: [u32; 2],
         asked: T,
-    ) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    ) -> Result<BegunFrame, GpuError> {
         let settings = self.scene.kernel_settings(seed, max_depth, roulette_depth);
         self.gpu.write(&self.settings, &[settings]);
         let asked = self.gpu.buffer("asked", &[asked])?;
@@ -82,7 +78,6 @@ impl<'a> SampleKernel<'a> {
             &[of_scene, added, &method],
             groups_of(width * height),
         );
-        self.times = work.finish()?;
-        finished_frame(self.gpu, &self.image, [width, height])
+        Ok(work.begin_image(&self.image, [width, height]))
     }
 }

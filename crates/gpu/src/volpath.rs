@@ -3,8 +3,7 @@
 use crate::bindings::{ImageBindings, MediumBindings, SceneBindings, Table};
 use crate::programs::VOLPATH;
 use crate::sample_kernel::SampleKernel;
-use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
-use lightshed_film::RayCounts;
+use crate::{BegunFrame, Gpu, GpuError, GpuMethod, GpuScene};
 
 /// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of
 /// `lightshed_integrator::VolumePathTracer`, with the same random numbers for each path, so that
@@ -74,14 +73,10 @@ impl GpuMethod for GpuVolumePathTracer<'_> {
     }
 
     /// Sample number `frame` of each pixel.
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let roulette_depth = self.samples.scene.settings().roulette_depth;
         let depths = [self.max_depth, roulette_depth];
-        self.samples.frame(seed, depths, [frame, 0, 0, 0])
-    }
-
-    fn times(&self) -> &[PassTime] {
-        &self.samples.times
+        self.samples.begin(seed, depths, [frame, 0, 0, 0])
     }
 }
 

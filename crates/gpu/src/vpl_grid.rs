@@ -3,15 +3,13 @@
 use crate::bindings::{
     BoundGroup, FilterBindings, GatherBindings, LightingGridBindings, SceneBindings, Table,
 };
-use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::{SHADOW_FILTER, VPL_GRID};
 use crate::scene::Settings;
 use crate::{
-    Buffer, Gpu, GpuError, GpuLightingGrid, GpuMethod, GpuScene, Kernel, LightingGridBuilder, PassTime,
+    BegunFrame, Buffer, Gpu, GpuError, GpuLightingGrid, GpuMethod, GpuScene, Kernel, LightingGridBuilder,
 };
 use bytemuck::{Pod, Zeroable};
-use lightshed_film::RayCounts;
 use lightshed_integrator::{ShadowTargets, VplGrid, VplGridOptions, VplSet};
 use lightshed_lights::{GridOptions, Levels, LightingGrid};
 use lightshed_scene::Scene;
@@ -42,7 +40,6 @@ pub struct GpuVplGrid<'a> {
     memory: Memory,
     /// What each iteration of the filter is told.
     taps: Vec<Buffer>,
-    times: Vec<PassTime>,
 }
 
 /// What the programs bind.
@@ -166,7 +163,6 @@ impl<'a> GpuVplGrid<'a> {
             taps: (0..=options.filter_iterations)
                 .map(taps)
                 .collect::<Result<_, _>>()?,
-            times: Vec::new(),
         })
     }
 
@@ -229,7 +225,7 @@ impl GpuMethod for GpuVplGrid<'_> {
         self.on_device.size()
     }
 
-    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
         let is_new = self.prepare(frame, seed)?;
         let Memory {
             settings,
@@ -290,14 +286,9 @@ impl GpuMethod for GpuVplGrid<'_> {
             latest = 1 - latest;
         }
         work.dispatch_bound(&self.combine, &[&filtering(&self.taps[0], latest)], groups);
-        self.times = work.finish()?;
-        let (values, rays) = finished_frame(self.gpu, image, self.size())?;
-        let path = self.set.rays();
-        Ok((values, RayCounts { path, ..rays }))
-    }
-
-    fn times(&self) -> &[PassTime] {
-        &self.times
+        Ok(work
+            .begin_image(image, self.size())
+            .with_path_rays(self.set.rays()))
     }
 }
 

@@ -6,6 +6,7 @@ use crate::bindings::{Bindings, BoundGroup};
 use crate::buffer::Buffer;
 use crate::device::Gpu;
 use crate::kernel::Kernel;
+use crate::readback::{AskedReadback, Readback, wait};
 
 /// Dispatches that have been recorded and not yet submitted.
 pub struct Work<'a> {
@@ -135,38 +136,70 @@ impl Work<'_> {
     /// # Errors
     ///
     /// [`GpuError::Lost`].
-    pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
-        let Some(clock) = &self.clock else {
-            self.gpu.queue().submit([self.encoder.finish()]);
-            return wait(self.gpu).map(|()| Vec::new());
-        };
-        let timed = (self.labels.len() as u32).min(clock.capacity);
-        let words = self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: Some("times"),
-            size: u64::from(16 * timed.max(1)),
-            usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
+    pub fn finish(self) -> Result<Vec<PassTime>, GpuError> {
+        self.begin().wait()
+    }
+
+    /// Records a copy of the start of a buffer for the host.
+    pub(crate) fn read_back(&mut self, buffer: &Buffer, bytes: u64) -> Readback {
+        Readback::record(self.gpu, &mut self.encoder, buffer, bytes)
+    }
+
+    /// Hands the work to the device without waiting for it, and keeps what tells how long it ran.
+    pub(crate) fn begin(mut self) -> BegunWork {
+        let labels = std::mem::take(&mut self.labels);
+        let ticks = self.clock.as_ref().map(|clock| {
+            let timed = (labels.len() as u32).min(clock.capacity);
+            let words = Buffer {
+                buffer: self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("times"),
+                    size: u64::from(16 * timed.max(1)),
+                    usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                    mapped_at_creation: false,
+                }),
+            };
+            self.encoder
+                .resolve_query_set(&clock.queries, 0..2 * timed, &words.buffer, 0);
+            Readback::record(self.gpu, &mut self.encoder, &words, u64::from(16 * timed))
         });
-        self.encoder
-            .resolve_query_set(&clock.queries, 0..2 * timed, &words, 0);
-        self.gpu.queue().submit([self.encoder.finish()]);
-        let ticks: Vec<[u64; 2]> = self.gpu.read(&Buffer { buffer: words }, timed as usize)?;
-        let nanoseconds = f64::from(self.gpu.queue().get_timestamp_period());
+        let submission = self.gpu.queue().submit([self.encoder.finish()]);
+        BegunWork {
+            device: self.gpu.device().clone(),
+            submission,
+            labels,
+            ticks: ticks.map(Readback::ask),
+            period: f64::from(self.gpu.queue().get_timestamp_period()) * 1e-9,
+        }
+    }
+}
+
+/// Work that the device has been given.
+pub(crate) struct BegunWork {
+    device: wgpu::Device,
+    submission: wgpu::SubmissionIndex,
+    labels: Vec<String>,
+    /// When each dispatch began and ended, where there is a clock.
+    ticks: Option<AskedReadback>,
+    /// Seconds of a tick.
+    period: f64,
+}
+
+impl BegunWork {
+    /// Waits for it and all work before it, and says how long each dispatch ran.
+    pub fn wait(self) -> Result<Vec<PassTime>, GpuError> {
+        wait(&self.device, self.submission)?;
+        let Some(ticks) = self.ticks else {
+            return Ok(Vec::new());
+        };
+        let ticks: Vec<[u64; 2]> = ticks.values()?;
         Ok(self
             .labels
             .into_iter()
             .zip(ticks)
             .map(|(label, [start, end])| PassTime {
                 label,
-                seconds: end.saturating_sub(start) as f64 * nanoseconds * 1e-9,
+                seconds: end.saturating_sub(start) as f64 * self.period,
             })
             .collect())
     }
-}
-
-fn wait(gpu: &Gpu) -> Result<(), GpuError> {
-    gpu.device()
-        .poll(wgpu::PollType::wait_indefinitely())
-        .map(|_| ())
-        .map_err(|error| GpuError::Lost(error.to_string()))
 }

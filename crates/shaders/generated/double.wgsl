@@ -77,6 +77,30 @@ fn double_add(a: vec2u, b: vec2u) -> vec2u {
     return rounded(large.y & SIGN, exponent + 1 - i32(zeros), package_lightshed_wide__2wide_shift_left(sum, zeros));
 }
 
+fn double_add_positive(a: vec2u, b: vec2u) -> vec2u {
+    let exchanged = package_lightshed_wide__1wide_less(a, b);
+    let large = select(a, b, exchanged);
+    let small = select(b, a, exchanged);
+    let exponent = large.y >> 20u;
+    let apart = exponent - (small.y >> 20u);
+    if apart > 31u || exponent > 2045u || small.y < 1048576u {
+        return double_add(a, b);
+    }
+    let low = vec2u(small.x << 10u, (((small.y & 1048575u) | 1048576u) << 10u) | (small.x >> 22u));
+    let lost = (low.x << 1u) << (31u - apart);
+    let carried = (low.y << 1u) << (31u - apart);
+    let shifted = vec2u((low.x >> apart) | carried | select(0u, 1u, lost != 0u), low.y >> apart);
+    let high = vec2u(large.x << 10u, (((large.y & 1048575u) | 1048576u) << 10u) | (large.x >> 22u));
+    let sum = package_lightshed_wide__1wide_add(high, shifted);
+    let more = sum.y >> 31u;
+    let half = 512u << more;
+    let rest = sum.x & (2u * half - 1u);
+    let kept = (sum.x >> (10u + more)) | (sum.y << (22u - more));
+    let up = rest > half || (rest == half && (kept & 1u) == 1u);
+    let bits = vec2u(kept, (sum.y >> (10u + more)) + ((exponent + more - 1u) << 20u));
+    return package_lightshed_wide__1wide_add(bits, vec2u(select(0u, 1u, up), 0u));
+}
+
 fn double_subtract(a: vec2u, b: vec2u) -> vec2u {
     return double_add(a, double_negate(b));
 }

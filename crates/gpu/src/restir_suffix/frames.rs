@@ -2,13 +2,11 @@
 
 use super::{Frame, TABLES};
 use crate::bindings::{BoundGroup, SuffixBindings};
-use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::restir_frames::{IMAGE_BYTES, PRIMARY_BYTES, bytes_per_pixel};
 use crate::restir_pt::RESERVOIR_BYTES;
 use crate::scene::Settings;
-use crate::{Buffer, BvhBuilder, Gpu, GpuBvh, GpuError, GpuScene, Kernel, PassTime, Work};
-use lightshed_film::RayCounts;
+use crate::{BegunFrame, Buffer, BvhBuilder, Gpu, GpuBvh, GpuError, GpuScene, Kernel, Work};
 
 /// Bytes of the box of a site.
 const BOX_BYTES: u64 = 24;
@@ -37,7 +35,6 @@ pub(super) struct SuffixFrames<'a> {
     in_memory: u32,
     /// Which of the two buffers of reservoirs holds those of the last frame.
     latest: usize,
-    times: Vec<PassTime>,
 }
 
 struct Kernels {
@@ -133,7 +130,6 @@ impl<'a> SuffixFrames<'a> {
             depths,
             in_memory,
             latest: 0,
-            times: Vec::new(),
         })
     }
 
@@ -160,23 +156,18 @@ impl<'a> SuffixFrames<'a> {
         buffers.map(Buffer::bytes).sum::<u64>() + self.tree.bytes() + self.tree.scratch_bytes()
     }
 
-    /// How long each dispatch of the last frame ran.
-    pub fn times(&self) -> &[PassTime] {
-        &self.times
-    }
-
-    /// Renders a frame, with the previous one if `temporal`.
+    /// Begins a frame, with the previous one if `temporal`.
     ///
     /// # Errors
     ///
     /// [`GpuError::Lost`], [`GpuError::TooLarge`].
-    pub fn frame(
+    pub fn begin(
         &mut self,
         asked: Frame,
         seed: u64,
         temporal: bool,
         rounds: u32,
-    ) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    ) -> Result<BegunFrame, GpuError> {
         let [max_depth, roulette_depth] = self.depths;
         let settings = self.scene.kernel_settings(seed, max_depth, roulette_depth);
         self.gpu.write(&self.memory.settings, &[settings]);
@@ -222,9 +213,8 @@ impl<'a> SuffixFrames<'a> {
                 self.gather(&mut pass, asked, made)?;
             }
         }
-        self.times = work.finish()?;
         self.latest = made;
-        finished_frame(self.gpu, &self.memory.image, self.size())
+        Ok(work.begin_image(&self.memory.image, self.size()))
     }
 
     /// The final gather of some pixels.

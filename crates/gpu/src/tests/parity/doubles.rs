@@ -66,7 +66,7 @@ fn pairs() -> Vec<[u32; 4]> {
         .collect()
 }
 
-const IMPORTS: &str = "import package::lightshed::double::{double_add, double_divide, double_less, double_less_equal, double_multiply,
+const IMPORTS: &str = "import package::lightshed::double::{double_abs, double_add, double_add_positive, double_divide, double_less, double_less_equal, double_multiply,
     double_sqrt, double_subtract};";
 const BODY: &str = "let a = vec2u(word(0u), word(1u));
     let b = vec2u(word(2u), word(3u));
@@ -75,23 +75,25 @@ const BODY: &str = "let a = vec2u(word(0u), word(1u));
     let product = double_multiply(a, b); put(4u, product.x); put(5u, product.y);
     let quotient = double_divide(a, b); put(6u, quotient.x); put(7u, quotient.y);
     put(8u, select(0u, 1u, double_less(a, b)) + select(0u, 2u, double_less_equal(a, b)));
-    let root = double_sqrt(a); put(9u, root.x); put(10u, root.y);";
+    let root = double_sqrt(a); put(9u, root.x); put(10u, root.y);
+    let positive = double_add_positive(double_abs(a), double_abs(b)); put(11u, positive.x); put(12u, positive.y);";
 
-fn truth(&[a0, a1, b0, b1]: &[u32; 4]) -> [u32; 11] {
+fn truth(&[a0, a1, b0, b1]: &[u32; 4]) -> [u32; 13] {
     let (a, b) = (joined(a0, a1), joined(b0, b1));
     let [sum, difference, product, quotient] = [a + b, a - b, a * b, a / b].map(split);
     let order = u32::from(a < b) + 2 * u32::from(a <= b);
-    let mut all = [order; 11];
+    let mut all = [order; 13];
     for (k, number) in [sum, difference, product, quotient].iter().enumerate() {
         all[2 * k..2 * k + 2].copy_from_slice(number);
     }
-    all[9..].copy_from_slice(&split(a.sqrt()));
+    all[9..11].copy_from_slice(&split(a.sqrt()));
+    all[11..].copy_from_slice(&split(a.abs() + b.abs()));
     all
 }
 
 #[test]
 fn arithmetic() {
-    check::<4, 11>(
+    check::<4, 13>(
         "double",
         Tier::Words,
         &Shader::new(IMPORTS, BODY),
@@ -105,7 +107,7 @@ fn arithmetic() {
 fn a_halfway_case_is_seen() {
     let Some(gpu) = gpu() else { return };
     let inputs = pairs();
-    let found = Shader::new(IMPORTS, BODY).run::<4, 11>(gpu, &inputs);
+    let found = Shader::new(IMPORTS, BODY).run::<4, 13>(gpu, &inputs);
     let away = |input: &[u32; 4]| {
         let mut all = truth(input);
         let (a, b) = (joined(input[0], input[1]), joined(input[2], input[3]));
