@@ -179,8 +179,8 @@ impl Film {
         }
     }
 
-    /// Adds a sample to each pixel: those of an image of the film's size, row by row. Bands of tiles
-    /// go to the threads of the current pool.
+    /// Adds a sample to each pixel: those of an image of the film's size, row by row. Bands of
+    /// tiles go to the threads of the current pool.
     pub(crate) fn add_image(&mut self, image: &[Rgb]) {
         let (width, side) = (self.width as usize, TILE_SIZE as usize);
         let rows = image.chunks(width * side);

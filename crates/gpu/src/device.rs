@@ -174,7 +174,7 @@ impl Gpu {
             return Ok(Vec::new());
         }
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        let values = Readback::record(self, &mut encoder, buffer, bytes);
+        let values = Readback::record(&self.device, &mut encoder, buffer, bytes);
         let submission = self.queue.submit([encoder.finish()]);
         let values = values.ask();
         wait(&self.device, submission)?;

@@ -125,3 +125,87 @@ impl<M: GpuMethod + Send> FrameMethod for GpuFrames<M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::support::gpu;
+    use crate::{FinishedFrame, GpuPathTracer, GpuRestirDi, GpuScene};
+    use lightshed_scene::{Scene, builtin};
+
+    /// Frames of the host, of one pixel, and the numbers of those that were begun.
+    struct Begun(Vec<u32>);
+
+    impl GpuMethod for &mut Begun {
+        fn size(&self) -> [u32; 2] {
+            [1, 1]
+        }
+
+        fn begin(&mut self, frame: u32, seed: u64) -> Result<BegunFrame, GpuError> {
+            self.0.push(frame);
+            Ok(BegunFrame::from(FinishedFrame {
+                values: vec![[frame as f32, seed as f32, 0.0]],
+                ..FinishedFrame::default()
+            }))
+        }
+    }
+
+    fn next(frames: &mut impl FrameMethod, frame: u32, seed: u64) -> Rgb {
+        let mut image = vec![Rgb::ZERO; frames.size().iter().product::<u32>() as usize];
+        frames
+            .render_frame(frame, seed, &mut image, &AtomicBool::new(false))
+            .expect("nothing cancels it");
+        image[0]
+    }
+
+    #[test]
+    fn one_frame_is_begun_before_it_is_asked_for_and_none_behind_the_last() {
+        for (end, after_first) in [(0, vec![4]), (7, vec![4, 5])] {
+            let mut begun = Begun(Vec::new());
+            let mut frames = GpuFrames::new(&mut begun).ahead_until(end);
+            assert_eq!(next(&mut frames, 4, 9), Rgb::new(4.0, 9.0, 0.0));
+            assert_eq!(frames.method.0, after_first);
+            assert_eq!(next(&mut frames, 5, 9), Rgb::new(5.0, 9.0, 0.0));
+            assert_eq!(next(&mut frames, 6, 9), Rgb::new(6.0, 9.0, 0.0));
+            assert_eq!(frames.method.0, [4, 5, 6]);
+        }
+        // What was begun under another seed is not what is asked for.
+        let mut begun = Begun(Vec::new());
+        let mut frames = GpuFrames::new(&mut begun).ahead_until(9);
+        next(&mut frames, 0, 1);
+        assert_eq!(next(&mut frames, 1, 2), Rgb::new(1.0, 2.0, 0.0));
+        assert_eq!(frames.method.0, [0, 1, 1, 2]);
+    }
+
+    /// Images, rays and kernels of frames that the device is given before they are asked for.
+    #[test]
+    fn frames_begun_ahead_are_the_same() {
+        let Some(gpu) = gpu() else { return };
+        let mut description = builtin::cornell_glossy();
+        [description.settings.width, description.settings.height] = [37, 23];
+        description.settings.max_depth = Some(20);
+        let scene = Scene::new(&description).expect("built-in scenes are sound");
+        let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
+        let frames = |by_reuse: bool, end: u32| {
+            let method: Box<dyn GpuMethod + Send> = if by_reuse {
+                Box::new(GpuRestirDi::new(gpu, &on_device).expect("the program is sound"))
+            } else {
+                Box::new(GpuPathTracer::new(gpu, &on_device).expect("the program is sound"))
+            };
+            let mut frames = GpuFrames::new(method).ahead_until(end);
+            let mut images = vec![vec![Rgb::ZERO; 37 * 23]; 4];
+            let rays: Vec<_> = (0..)
+                .zip(&mut images)
+                .map(|(frame, image)| frames.render_frame(frame, 3, image, &AtomicBool::new(false)))
+                .collect();
+            let kernels: Vec<String> = frames.pass_seconds().keys().cloned().collect();
+            (images, rays, kernels)
+        };
+        for by_reuse in [false, true] {
+            let (alone, ahead) = (frames(by_reuse, 0), frames(by_reuse, 4));
+            assert!(alone.0.iter().flatten().any(|value| *value != Rgb::ZERO));
+            assert!(alone.0[0] != alone.0[1]);
+            assert!(alone == ahead, "by reuse: {by_reuse}");
+        }
+    }
+}

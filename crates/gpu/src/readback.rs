@@ -1,7 +1,7 @@
 //! Values on their way from the device to the host.
 
+use crate::GpuError;
 use crate::buffer::Buffer;
-use crate::{Gpu, GpuError};
 use bytemuck::Pod;
 use std::fmt::Display;
 use std::sync::mpsc::{Receiver, channel};
@@ -14,9 +14,14 @@ pub(crate) struct Readback {
 
 impl Readback {
     /// Records a copy of the first `bytes` of a buffer.
-    pub fn record(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, buffer: &Buffer, bytes: u64) -> Self {
+    pub fn record(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        buffer: &Buffer,
+        bytes: u64,
+    ) -> Self {
         let size = bytes.next_multiple_of(4);
-        let staging = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        let staging = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,

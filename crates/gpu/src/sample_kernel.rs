@@ -54,8 +54,8 @@ impl<'a> SampleKernel<'a> {
         self.image.bytes()
     }
 
-    /// Begins an image of paths of these depths: the longest, and where roulette starts. `asked` is what
-    /// the program reads besides.
+    /// Begins an image of paths of these depths: the longest, and where roulette starts. `asked` is
+    /// what the program reads besides.
     pub fn begin<T: Pod>(
         &mut self,
         seed: u64,

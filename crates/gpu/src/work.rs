@@ -142,7 +142,7 @@ impl Work<'_> {
 
     /// Records a copy of the start of a buffer for the host.
     pub(crate) fn read_back(&mut self, buffer: &Buffer, bytes: u64) -> Readback {
-        Readback::record(self.gpu, &mut self.encoder, buffer, bytes)
+        Readback::record(self.gpu.device(), &mut self.encoder, buffer, bytes)
     }
 
     /// Hands the work to the device without waiting for it, and keeps what tells how long it ran.
@@ -160,7 +160,12 @@ impl Work<'_> {
             };
             self.encoder
                 .resolve_query_set(&clock.queries, 0..2 * timed, &words.buffer, 0);
-            Readback::record(self.gpu, &mut self.encoder, &words, u64::from(16 * timed))
+            Readback::record(
+                self.gpu.device(),
+                &mut self.encoder,
+                &words,
+                u64::from(16 * timed),
+            )
         });
         let submission = self.gpu.queue().submit([self.encoder.finish()]);
         BegunWork {
