@@ -34,6 +34,21 @@ impl<L: AnyLanes> Vec3Lanes<L> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// The lengths, as `glam::Vec3::length`.
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.dot(self).sqrt()
+    }
+
+    /// The vectors scaled to length 1, or `fallback` where that has no meaning, as
+    /// `glam::Vec3::normalize_or`.
+    #[inline(always)]
+    pub fn normalize_or(self, fallback: Self) -> Self {
+        let inverse = L::splat(1.0) / self.length();
+        let usable = L::splat(0.0).less(inverse) & inverse.less(L::splat(f32::INFINITY));
+        (self * inverse).select(usable, fallback)
+    }
+
     /// The magnitude of each coordinate.
     #[inline(always)]
     pub fn abs(self) -> Self {

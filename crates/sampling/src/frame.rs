@@ -98,6 +98,12 @@ impl<L: Lanes> FrameLanes<L> {
         }
     }
 
+    /// From world to local coordinates, see [`Frame::to_local`].
+    #[inline(always)]
+    pub fn to_local(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.tangent.dot(v), self.bitangent.dot(v), self.normal.dot(v))
+    }
+
     /// From local to world coordinates, see [`Frame::to_world`].
     #[inline(always)]
     pub fn to_world(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {

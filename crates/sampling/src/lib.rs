@@ -115,7 +115,7 @@ pub use uniform::{
     u32_from_f32,
 };
 pub use warp::{
-    Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, MicrofacetDistribution, PolarDisk,
+    Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, GgxLanes, MicrofacetDistribution, PolarDisk,
     SphericalRectangle, SphericalRectangleSample, SphericalTriangle, SphericalTriangleSample, Tent,
     UniformCone, UniformHemisphere, UniformSphere, UniformTriangle, VonMisesFisher, sin_cos_turns,
     triangle_solid_angle,

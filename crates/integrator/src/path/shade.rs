@@ -1,4 +1,5 @@
-//! The vertices of a batch: eight at a time where surfaces are diffuse, one at a time elsewhere.
+//! The vertices of a batch: eight at a time where surfaces are diffuse or glossy, one at a time
+//! elsewhere.
 //!
 //! A vertex takes the same operations in the same order in lanes and alone, so a path has the same
 //! value, bit for bit, in any batch.
@@ -16,7 +17,7 @@ use crate::light_selection::diffuse_shading_point;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
-use lightshed_scene::{DiffuseLanes, HitBatch};
+use lightshed_scene::{DiffuseLanes, GlossyVertices, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
 /// Processes what the rays of `paths` (and their number), their edge number `depth`, have hit:
@@ -75,6 +76,9 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     const GUIDED: bool = G::IS_ACTIVE && !cfg!(lightshed_without = "guide");
+    /// Whether nothing but emitters is asked at vertices, and no more of them than their positions.
+    /// Glossy ones are then shaded with the diffuse ones.
+    const PLAIN: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS && size_of::<S::Site>() == 0;
 
     /// Paths `place` to `place + 7`.
     #[inline(always)]
@@ -101,10 +105,11 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         // On arrays one vertex after another gives the same bits by a tenth of the code.
         if L::IN_REGISTERS {
             let point = scene.diffuse_lanes::<L>(self.hits, place, others);
-            self.arrive_all(place, point.emitting | environment);
-            if point.diffuse != 0 {
-                self.diffuse(place, &point, &numbers);
-                others &= !point.diffuse;
+            let together = point.diffuse | if Self::PLAIN { point.glossy } else { 0 };
+            self.arrive_all(place, point.emitting & together | environment);
+            if together != 0 {
+                self.together(place, &point, &numbers);
+                others &= !together;
             }
         } else {
             self.arrive_all(place, environment);
@@ -211,13 +216,17 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
     }
 
-    /// [`Transport::advance`] of the paths on diffuse surfaces, without emission.
+    /// [`Transport::advance`] of the paths on diffuse surfaces, and on glossy ones if paths are
+    /// plain, without emission.
     #[inline(always)]
-    fn diffuse<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
+    fn together<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
         let paths = self.paths;
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let mut before = load_vectors::<L>(&paths.throughput, place);
         let mut lanes = point.diffuse;
+        if Self::PLAIN {
+            lanes |= point.glossy;
+        }
         if P::ENDS {
             let points = [point.position.store(), point.geometric_normal.store()];
             let (left, throughput) = self.end(place, [&points[0], &points[1]], lanes);
@@ -241,20 +250,42 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             numbers.u_on_emitter(),
             seen.bits(),
         );
-        let pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
-        let value = point.reflectance * pdf;
+        let mut pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
+        let mut value = point.reflectance * pdf;
+        let mut local = CosineHemisphere::sample_lanes(numbers.u_direction());
+        // Densities by the BSDF and of the mixture with the guide, if there is one.
+        let mut scattering_pdf = local.z * L::splat(FRAC_1_PI);
+        let mut weight = point.reflectance;
+        let mut scatters = seen & zero.less(local.z);
+        if Self::PLAIN && point.glossy != 0 {
+            let [u0, u1] = numbers.u_direction();
+            let vertices = GlossyVertices {
+                outgoing: local_above(point, mirror, -ray_direction).store(),
+                towards: local_above(point, mirror, light.direction).store(),
+                u_lobe: numbers.u_lobe().store(),
+                u: [u0.store(), u1.store()],
+            };
+            let transport = self.transport;
+            let found =
+                transport
+                    .scene
+                    .scatter_glossy(transport.lanes, self.hits, place, point.glossy, &vertices);
+            let glossy = L::Mask::from_bits(point.glossy);
+            pdf = L::load(&found.pdf_solid_angle).select(glossy, pdf);
+            value = load_rows::<L>(&found.value).select(glossy, value);
+            local = load_rows::<L>(&found.direction).select(glossy, local);
+            scattering_pdf = L::load(&found.direction_pdf_solid_angle).select(glossy, scattering_pdf);
+            weight = load_rows::<L>(&found.throughput).select(glossy, weight);
+            scatters =
+                seen & L::Mask::from_bits(found.scatters & point.glossy | scatters.bits() & !point.glossy);
+        }
         let black = value.x.equal(zero) & value.y.equal(zero) & value.z.equal(zero);
         let lit = seen & light.found & !black;
 
-        let local = CosineHemisphere::sample_lanes(numbers.u_direction());
-        let mut scatters = seen & zero.less(local.z);
         let mut direction = point
             .shading
             .to_world(Vec3Lanes::new(local.x, local.y, local.z * mirror));
-        // Densities by the BSDF and of the mixture with the guide, if there is one.
-        let mut scattering_pdf = local.z * L::splat(FRAC_1_PI);
         let (mut direction_pdf, mut light_pdf) = (scattering_pdf, pdf);
-        let mut weight = point.reflectance;
         let (mut judged, mut by_guide) = (L::Mask::from_bits(0), one);
         if Self::GUIDED {
             let [u0, u1] = numbers.u_direction();
@@ -398,6 +429,13 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
 fn facing<L: Lanes>(point: &DiffuseLanes<L>, mirror: L) -> Vec3Lanes<L> {
     let zero = L::splat(0.0);
     point.shading.to_world(Vec3Lanes::new(zero, zero, mirror))
+}
+
+/// Directions in the shading frames, mirrored as `mirror` says.
+#[inline(always)]
+fn local_above<L: Lanes>(point: &DiffuseLanes<L>, mirror: L, direction: Vec3Lanes<L>) -> Vec3Lanes<L> {
+    let local = point.shading.to_local(direction);
+    Vec3Lanes::new(local.x, local.y, local.z * mirror)
 }
 
 #[inline(always)]

@@ -4,6 +4,7 @@ mod disk;
 mod erf;
 mod exponential;
 mod ggx;
+mod ggx_lanes;
 mod hemisphere;
 mod microfacet;
 #[cfg(test)]
@@ -22,6 +23,7 @@ pub use cone::UniformCone;
 pub use disk::{ConcentricDisk, PolarDisk};
 pub use exponential::FreeFlight;
 pub use ggx::Ggx;
+pub use ggx_lanes::GgxLanes;
 pub use hemisphere::{CosineHemisphere, UniformHemisphere};
 pub use microfacet::MicrofacetDistribution;
 pub use solid_angle::triangle_solid_angle;

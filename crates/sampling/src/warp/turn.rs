@@ -2,7 +2,7 @@
 
 use super::clamp_or_low;
 use core::f32::consts::FRAC_PI_2;
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{LaneWords, Lanes};
 
 /// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped
 /// to that range, NaN to 0.
@@ -31,6 +31,25 @@ pub fn sin_cos_turns(t: f32) -> (f32, f32) {
     (
         f32::from_bits(sin ^ swap ^ negate(quadrant)),
         f32::from_bits(cos ^ swap ^ negate(quadrant.wrapping_add(1))),
+    )
+}
+
+/// [`sin_cos_turns`] of eight arguments, bit for bit.
+#[inline(always)]
+pub(crate) fn sin_cos_turns_lanes<L: Lanes>(t: L) -> (L, L) {
+    let quarters = L::splat(4.0) * t.max(L::splat(0.0)).min(L::splat(1.0));
+    let shifter = L::splat(12_582_912.0);
+    let shifted = quarters + shifter;
+    let (sin, cos) = sin_cos_quarter_lanes(quarters - (shifted - shifter));
+    let quadrant = shifted.to_bits();
+    let (sin, cos) = (sin.to_bits(), cos.to_bits());
+    let (one, two, ones) = (L::Words::splat(1), L::Words::splat(2), L::Words::splat(u32::MAX));
+    let swap = (sin ^ cos) & ((quadrant & one) * ones);
+    let negate_sin = (quadrant & two).rotate::<30, 2>();
+    let negate_cos = ((quadrant + one) & two).rotate::<30, 2>();
+    (
+        L::from_bits(sin ^ swap ^ negate_sin),
+        L::from_bits(cos ^ swap ^ negate_cos),
     )
 }
 

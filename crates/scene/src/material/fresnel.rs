@@ -1,6 +1,7 @@
 //! Reflectance of smooth interfaces (unpolarised Fresnel equations).
 
 use crate::Rgb;
+use lightshed_lanes::{Lanes, Vec3Lanes};
 
 /// Reflection and refraction of a smooth dielectric interface at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +80,36 @@ pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     let s2 = Rgb::splat(s2);
     let ratio = (square(a * c - s2) + b2 * c2) / (square(a * c + s2) + b2 * c2).max(floor);
     0.5 * senkrecht * (Rgb::ONE + ratio)
+}
+
+/// [`conductor`] of eight surfaces, bit for bit.
+#[inline(always)]
+pub(super) fn conductor_lanes<L: Lanes>(cos_incident: L, eta: Vec3Lanes<L>, k: Vec3Lanes<L>) -> Vec3Lanes<L> {
+    let c2 = cos_incident * cos_incident;
+    let s2 = (L::splat(1.0) - c2).max(L::splat(0.0));
+    Vec3Lanes::new(
+        conductor_channel(cos_incident, c2, s2, eta.x, k.x),
+        conductor_channel(cos_incident, c2, s2, eta.y, k.y),
+        conductor_channel(cos_incident, c2, s2, eta.z, k.z),
+    )
+}
+
+#[inline(always)]
+fn conductor_channel<L: Lanes>(c: L, c2: L, s2: L, eta: L, k: L) -> L {
+    let (half, one, floor) = (L::splat(0.5), L::splat(1.0), L::splat(f32::MIN_POSITIVE));
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = (t * t + L::splat(4.0) * eta2_k2).sqrt();
+    let larger = half * (modulus + t.abs());
+    let smaller = (eta2_k2 / larger.max(floor)).min(larger);
+    let positive = L::splat(0.0).less_equal(t);
+    let a = larger.select(positive, smaller).sqrt();
+    let b2 = smaller.select(positive, larger);
+    let (minus, plus) = (a - c, a + c);
+    let senkrecht = (minus * minus + b2) / (plus * plus + b2).max(floor);
+    let (minus, plus) = (a * c - s2, a * c + s2);
+    let ratio = (minus * minus + b2 * c2) / (plus * plus + b2 * c2).max(floor);
+    half * senkrecht * (one + ratio)
 }
 
 /// Reflectance of a smooth dielectric interface for diffuse light, `2 ∫_0^1 F(μ; η) μ dμ`,

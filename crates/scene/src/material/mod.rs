@@ -6,6 +6,8 @@ mod component_row;
 mod error;
 mod flat;
 mod fresnel;
+mod glossy;
+mod glossy_lanes;
 mod images;
 mod microfacet;
 mod relief;
@@ -18,6 +20,9 @@ pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
 pub use component_row::ComponentRow;
 pub use error::MaterialError;
 pub use flat::{FlatMaterials, FlatTexture};
+pub(crate) use glossy::GlossyRow;
+pub(crate) use glossy_lanes::ScatterGlossy;
+pub use glossy_lanes::{GlossyScattering, GlossyVertices};
 pub(crate) use relief::Along;
 pub use relief::Relief;
 

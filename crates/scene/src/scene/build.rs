@@ -1,7 +1,7 @@
 //! From a description to a scene: validation, flattening, acceleration structure.
 
 use super::copies::Copies;
-use super::lanes::DiffuseRow;
+use super::lanes::{DiffuseRow, GlossyRows};
 use super::primitive::{NONE, SphereRecord, TriangleRecord, unit_normal};
 use super::touching::{OpaqueSurfaces, touching};
 use super::{EmittingSurfaces, Scene};
@@ -175,6 +175,7 @@ impl Scene {
             spheres: flat.spheres,
             copies: flat.copies,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
+            glossy_rows: GlossyRows::new(&materials),
             images: super::prefetch::images(materials),
             materials: materials.clone(),
             by_power: PowerTable::new(&emitters)?,

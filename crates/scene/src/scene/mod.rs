@@ -19,7 +19,7 @@ use crate::{
 };
 use copies::Copies;
 use glam::{Vec2, Vec3};
-use lanes::DiffuseRow;
+use lanes::{DiffuseRow, GlossyRows};
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use primitive::SphereRecord;
 pub use primitive::TriangleRecord;
@@ -53,6 +53,7 @@ pub struct Scene {
     materials: Vec<Material>,
     /// The materials as lanes read them.
     diffuse_rows: Vec<DiffuseRow>,
+    glossy_rows: GlossyRows,
     /// By material, the images that are prefetched; empty where none has any.
     images: Vec<Vec<ImageTexture>>,
     emitters: Emitters,

@@ -4,7 +4,7 @@ use super::POSITION_ERROR;
 use lightshed_lanes::{Lanes, Vec3Lanes};
 use lightshed_sampling::FrameLanes;
 
-/// Eight points on diffuse triangles, as [`Scene::surface`](crate::Scene::surface) and
+/// Eight points on diffuse or glossy triangles, as [`Scene::surface`](crate::Scene::surface) and
 /// [`Scene::bsdf`](crate::Scene::bsdf) find them, bit for bit.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseLanes<L: Lanes> {
@@ -16,14 +16,17 @@ pub struct DiffuseLanes<L: Lanes> {
     pub geometric_normal: Vec3Lanes<L>,
     /// [`SurfacePoint::shading`](crate::SurfacePoint::shading).
     pub shading: FrameLanes<L>,
-    /// Albedo `ρ` of the BSDF `ρ/π`.
+    /// Albedo `ρ` of the BSDF `ρ/π`, where it is diffuse.
     pub reflectance: Vec3Lanes<L>,
     /// Sides from which it is seen.
     pub(crate) front: L::Mask,
     pub(crate) back: L::Mask,
-    /// Lanes, of those asked for, whose point is on a diffuse triangle; nothing else is of meaning
-    /// in the others.
+    /// Lanes, of those asked for, whose point is on a diffuse triangle.
     pub diffuse: u32,
+    /// Lanes whose point is on a triangle of a material for
+    /// [`Scene::scatter_glossy`](crate::Scene::scatter_glossy). Nothing is of meaning in lanes that
+    /// are neither of the two.
+    pub glossy: u32,
     /// Lanes of these whose surface emits.
     pub emitting: u32,
 }

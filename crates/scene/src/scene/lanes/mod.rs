@@ -1,9 +1,13 @@
-//! Eight diffuse surface points at a time.
+//! Eight diffuse or glossy surface points at a time.
 
+mod glossy;
 #[cfg(test)]
 mod tests;
 
+pub use glossy::GlossyRows;
+
 use super::primitive::{NONE, TriangleRecord};
+use crate::material::GlossyRow;
 use crate::surface::{DiffuseLanes, offset_for_lanes};
 use crate::{HitBatch, Material, Scene};
 use glam::{Vec2, Vec3};
@@ -11,7 +15,8 @@ use lightshed_lanes::{LANES, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::FrameLanes;
 
 /// A material as points in lanes read it: reflectance, 1 or 0 for whether it is seen from the front
-/// and from the back, and the kind. One row of lanes, so that eight of them can be transposed.
+/// and from the back, and the bits of the kind. One row of lanes, so that eight of them can be
+/// transposed.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct DiffuseRow([f32; LANES]);
@@ -21,39 +26,59 @@ const FRONT: usize = 3;
 const BACK: usize = 4;
 const KIND: usize = 5;
 
-/// Kinds of [`DiffuseRow`]: not diffuse everywhere, diffuse of one colour, diffuse by a texture.
-const OTHER: f32 = 0.0;
-const UNIFORM: f32 = 1.0;
-const TEXTURED: f32 = 2.0;
+/// Bits of [`DiffuseRow`]'s kind: diffuse everywhere, diffuse by a texture, glossy, glossy with
+/// textured colours.
+const DIFFUSE: u32 = 0;
+const TEXTURED: u32 = 1;
+const GLOSSY: u32 = 2;
+const GLOSSY_TEXTURED: u32 = 3;
 
 impl DiffuseRow {
+    const OTHER: Self = Self([0.0; LANES]);
+
     pub fn new(material: &Material) -> Self {
-        let mut row = [0.0; LANES];
-        let is_plain = !material.needs_tangents() && !material.has_vertex_colors();
-        if let Some((reflectance, two_sided)) = material.as_diffuse().filter(|_| is_plain) {
-            row[FRONT] = 1.0;
-            row[BACK] = f32::from(u8::from(two_sided));
-            row[KIND] = TEXTURED;
-            if let Some(color) = reflectance.as_constant() {
-                row[..3].copy_from_slice(&color.to_array());
-                row[KIND] = UNIFORM;
-            }
+        let Self(mut row) = Self::OTHER;
+        if material.needs_tangents() || material.has_vertex_colors() {
+            return Self(row);
         }
+        let mut kind = 0;
+        if let Some((reflectance, two_sided)) = material.as_diffuse() {
+            (row[FRONT], row[BACK]) = (1.0, f32::from(u8::from(two_sided)));
+            kind = 1 << DIFFUSE;
+            match reflectance.as_constant() {
+                Some(color) => row[..3].copy_from_slice(&color.to_array()),
+                None => kind |= 1 << TEXTURED,
+            }
+        } else if let Some((_, two_sided, textured)) = GlossyRow::new(material) {
+            (row[FRONT], row[BACK]) = (1.0, f32::from(u8::from(two_sided)));
+            kind = 1 << GLOSSY | u32::from(textured) << GLOSSY_TEXTURED;
+        }
+        row[KIND] = f32::from_bits(kind);
         Self(row)
+    }
+
+    #[inline(always)]
+    fn has_textured_gloss(&self) -> bool {
+        self.kind() >> GLOSSY_TEXTURED & 1 == 1
+    }
+
+    #[inline(always)]
+    fn kind(&self) -> u32 {
+        self.0[KIND].to_bits()
     }
 }
 
 impl Scene {
     /// The points that rays `place` to `place + 7` of a batch have hit, as far as they lie on
-    /// diffuse triangles. `wanted` are the lanes asked for; each must have a hit by this scene's
+    /// diffuse or glossy triangles. `wanted` are the lanes asked for; each must have a hit by this scene's
     /// accelerator.
     #[inline(always)]
     pub fn diffuse_lanes<L: Lanes>(&self, hits: &HitBatch, place: usize, wanted: u32) -> DiffuseLanes<L> {
-        const NO_MATERIAL: &DiffuseRow = &DiffuseRow([OTHER; LANES]);
+        const NO_MATERIAL: &DiffuseRow = &DiffuseRow::OTHER;
         const NO_TRIANGLE: &TriangleRecord = &TriangleRecord::NONE;
         let mut records = [NO_TRIANGLE; LANES];
         let mut materials = [NO_MATERIAL; LANES];
-        let (mut diffuse, mut emitting, mut textured, mut smooth) = (0, 0, 0, 0);
+        let (mut diffuse, mut glossy, mut emitting, mut textured, mut smooth) = (0, 0, 0, 0, 0);
         for lane in 0..LANES {
             let primitive = hits.primitive.get_word(place + lane);
             if wanted >> lane & 1 == 0 || primitive as usize >= self.triangles.len() {
@@ -62,9 +87,10 @@ impl Scene {
             let record = &self.triangles[primitive as usize];
             let material = &self.diffuse_rows[record.material as usize];
             (records[lane], materials[lane]) = (record, material);
-            let kind = material.0[KIND];
-            diffuse |= u32::from(kind != OTHER) << lane;
-            textured |= u32::from(kind == TEXTURED) << lane;
+            let kind = material.kind();
+            diffuse |= (kind >> DIFFUSE & 1) << lane;
+            textured |= (kind >> TEXTURED & 1) << lane;
+            glossy |= (kind >> GLOSSY & 1) << lane;
             emitting |= u32::from(record.emitter != NONE) << lane;
             smooth |= u32::from(record.normals != NONE) << lane;
         }
@@ -78,7 +104,7 @@ impl Scene {
         let magnitude = terms[0].abs() + terms[1].abs() + terms[2].abs();
         let extent = (a.max(b).max(c) - a.min(b).min(c)).max_element();
         let mut shading_normal = normal;
-        if smooth & diffuse != 0 {
+        if smooth & (diffuse | glossy) != 0 {
             shading_normal = self.interpolated(records, weights, normal, smooth);
         }
         let [red, green, blue, front, back, ..] = L::load_transposed([
@@ -105,7 +131,8 @@ impl Scene {
             front: zero.less(front),
             back: zero.less(back),
             diffuse,
-            emitting: emitting & diffuse,
+            glossy,
+            emitting: emitting & (diffuse | glossy),
         }
     }
 
@@ -134,9 +161,8 @@ impl Scene {
             load_vectors::<L>(&corners[2]),
         ];
         let sum = a * weights[0] + b * weights[1] + c * weights[2];
-        let inverse_length = L::splat(1.0) / sum.dot(sum).sqrt();
-        let usable = L::splat(0.0).less(inverse_length) & inverse_length.less(L::splat(f32::INFINITY));
-        (sum * inverse_length).select(usable & L::Mask::from_bits(smooth), normal)
+        sum.normalize_or(normal)
+            .select(L::Mask::from_bits(smooth), normal)
     }
 
     /// Reflectances, in the lanes that have them from a texture.
