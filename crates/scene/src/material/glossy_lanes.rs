@@ -117,10 +117,10 @@ impl<L: Lanes> Surfaces<L> {
             tint = load(&asked.colors[1]).select(mask, tint);
         }
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        // Importance of the conductor is that of its tint: it reflects all at grazing angles.
+        // As `Component::importance`. What has nothing to be compared with is always chosen.
         let importance = [base * albedo.max_element(), conductor * tint.max_element()];
         let total = importance[0] + importance[1];
-        let any = zero.less(total);
+        let (any, blended) = (zero.less(total), zero.less(base));
         let (eta, k) = (Vec3Lanes::new(er, eg, eb), Vec3Lanes::new(kr, kg, kb));
         let white = er.equal(zero) & eg.equal(zero) & eb.equal(zero) & kr.equal(one) & kg.equal(one);
         Self {
@@ -131,11 +131,11 @@ impl<L: Lanes> Surfaces<L> {
             ggx: GgxLanes::new(alpha),
             weights: [base, conductor],
             shares: [
-                (importance[0] / total).select(any, zero),
-                (importance[1] / total).select(any, zero),
+                (importance[0] / total).select(any & blended, zero),
+                (importance[1] / total).select(any, zero).select(blended, one),
             ],
             base_is_last: one.equal(last),
-            blended: zero.less(base).bits() != 0,
+            blended: blended.bits() != 0,
             white: (white & kb.equal(one)).bits() == ALL,
         }
     }
@@ -173,7 +173,7 @@ impl<L: Lanes> Surfaces<L> {
         let wi = h * (L::splat(2.0) * wo.dot(h)) - wo;
         let scatters = zero.less(wi.z);
         if !self.blended {
-            return (wi, scatters & zero.less(self.shares[1]));
+            return (wi, scatters);
         }
         let [base, conductor] = self.shares;
         let first = conductor.select(self.base_is_last, base);

@@ -5,6 +5,7 @@
 
 mod density;
 mod furnace;
+mod glossy;
 mod hostile;
 mod oracle;
 mod pointwise;
