@@ -11,7 +11,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
          Column::store_words_compressed Column::write LaneKernel::run Lanes::compress Lanes::copysign Lanes::count_at_most \
          Lanes::delayed Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of \
          Lanes::load Lanes::load_pairs Lanes::load_transposed Lanes::running_sums Lanes::store Lanes::to_bits \
-         Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
+         Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::length Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::normalize_or Vec3Lanes::select \
          Vec3Lanes::splat Vec3Lanes::store",
     ),
     (
@@ -30,7 +30,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-sampling",
         "the same bits as the function of one number, by the crate's tests",
-        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes SobolSampler::block_lanes BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_world \
+        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes SobolSampler::block_lanes BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_local FrameLanes::to_world GgxLanes::masking GgxLanes::new GgxLanes::normal_density \
+         GgxLanes::sample_visible_normal GgxLanes::visible_normal_density \
          PathSeed::block_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes",
     ),
     (
@@ -185,7 +186,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
          EmitterLanes::one_by_one EmitterLanes::shadow_rays EmittersByPower::sample_lanes Scene::intersect_emitting_many Scene::occluded \
-         Scene::nearest Scene::passes_grid_alone Scene::settled",
+         Scene::nearest Scene::passes_grid_alone Scene::scatter_glossy Scene::settled",
     ),
     (
         "lightshed-scene",

@@ -98,6 +98,11 @@ const REASONS: &[(&str, &str, &str)] = &[
     ),
     (
         "scene",
+        "eight lanes in memory, per solid angle",
+        "GlossyScattering::direction_pdf_solid_angle GlossyScattering::pdf_solid_angle",
+    ),
+    (
+        "scene",
         "storage as a GPU reads it",
         "ComponentRow::weight FlatEmitter::pdf_area",
     ),

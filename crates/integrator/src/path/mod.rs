@@ -330,9 +330,11 @@ mod tests {
     use lightshed_lanes::LaneChoice;
     use lightshed_scene::glam::{Affine2, Vec3};
     use lightshed_scene::{
-        Checkerboard, ColorTexture, EmitterDescription, Geometry, Material, SceneDescription,
-        ShapeDescription, SphereGeometry, builtin,
+        Channel, Checkerboard, ColorTexture, ConductorIor, EmitterDescription, Filter, FloatTexture,
+        Geometry, Image, ImageTexture, Material, Microfacet, Roughness, SceneDescription, ShapeDescription,
+        SphereGeometry, Wrap, builtin,
     };
+    use std::sync::Arc;
 
     /// The Cornell box with spheres, one of which emits, a mirror, a ball with interpolated normals
     /// and a texture, and emitters of other kinds.
@@ -386,6 +388,93 @@ mod tests {
         scene
     }
 
+    /// The Cornell box of glossy and specular materials: those that lanes shade, with textured
+    /// colours, in blends, nearly smooth, around interpolated normals and emitting; and those they
+    /// leave alone, rough by a texture, of another distribution, and glass.
+    fn glossy() -> SceneDescription {
+        let mut scene = builtin::cornell();
+        let checkered = |scale, color0, color1| {
+            ColorTexture::Checkerboard(Checkerboard {
+                color0,
+                color1,
+                to_uv: Affine2::from_scale(Vec2::splat(scale)),
+            })
+        };
+        let constant = FloatTexture::Constant;
+        let metal = |distribution, alpha_u, alpha_v, tint| Material::Conductor {
+            ior: ConductorIor {
+                eta: Rgb::new(1.66, 0.88, 0.52),
+                k: Rgb::new(9.2, 6.3, 4.8),
+            },
+            roughness: Some(Roughness {
+                distribution,
+                alpha_u,
+                alpha_v,
+            }),
+            specular_reflectance: tint,
+        };
+        let ggx = |alpha, tint| metal(Microfacet::Ggx, constant(alpha), constant(alpha), tint);
+        let white = || ColorTexture::Constant(Rgb::splat(0.95));
+        let diffuse = |reflectance| Material::Diffuse { reflectance };
+        let blend = |weight, first, second| Material::Blend {
+            weight: constant(weight),
+            first: Box::new(first),
+            second: Box::new(second),
+        };
+        let two_sided = |front| Material::TwoSided {
+            front: Box::new(front),
+            back: None,
+        };
+        let tiles = checkered(6.0, Rgb::splat(0.2), Rgb::new(0.8, 0.7, 0.9));
+        let pixels = (0..16).map(|i| [i as f32 / 20.0 + 0.05; 3]).collect();
+        let roughness = FloatTexture::Image(
+            ImageTexture {
+                image: Arc::new(Image::from_linear(4, 4, pixels).unwrap()),
+                to_uv: Affine2::IDENTITY,
+                filter: Filter::Bilinear,
+                wrap: Wrap::Repeat,
+                scale: Rgb::ONE,
+            },
+            Channel::Red,
+        );
+        // By shape: floor, ceiling, back, green, red, the boxes, the lamp.
+        scene.materials = vec![
+            two_sided(ggx(0.1, tiles.clone())),
+            diffuse(white()),
+            blend(0.4, diffuse(tiles), ggx(0.25, white())),
+            two_sided(blend(
+                0.7,
+                ggx(0.5, white()),
+                diffuse(Rgb::new(0.1, 0.7, 0.2).into()),
+            )),
+            metal(Microfacet::Ggx, roughness.clone(), roughness, white()),
+            Material::Dielectric {
+                eta: 1.5,
+                roughness: None,
+                specular_reflectance: Rgb::ONE.into(),
+                specular_transmittance: Rgb::ONE.into(),
+            },
+            ggx(0.0, white()),
+            ggx(0.3, Rgb::new(0.9, 0.6, 0.2).into()),
+            metal(Microfacet::Beckmann, constant(0.2), constant(0.2), white()),
+        ];
+        for (shape, material) in scene.shapes.iter_mut().zip(0..) {
+            shape.material = material;
+        }
+        for (x, material) in [(-0.4, 7), (0.4, 8)] {
+            let (center, radius) = (Vec3::new(x, 0.3, 0.5), 0.25);
+            let mut ball = builtin::icosphere(center, radius, 2);
+            ball.normals = ball.positions.iter().map(|p| p - center).collect();
+            scene.shapes.push(ShapeDescription {
+                name: "ball".to_owned(),
+                geometry: Geometry::Mesh(ball),
+                material,
+                emission: None,
+            });
+        }
+        scene
+    }
+
     /// Paths in company against paths alone, bit for bit, on all kinds of lanes, in batches of
     /// every size up to the full one.
     #[test]
@@ -393,7 +482,8 @@ mod tests {
         let builtin = builtin::NAMES.map(|name| (name, builtin::by_name(name).unwrap()));
         // Not those with media, whose boundaries take up edges here.
         let without_media = builtin.into_iter().filter(|(_, scene)| scene.media.is_empty());
-        for (name, mut description) in without_media.chain([("mixed", mixed())]) {
+        let more = [("mixed", mixed()), ("glossy", glossy())];
+        for (name, mut description) in without_media.chain(more) {
             (description.settings.width, description.settings.height) = (16, 16);
             let scene = Scene::new(&description).unwrap();
             let ids: Vec<SampleId> = (0..1024)
@@ -413,7 +503,15 @@ mod tests {
                         .with_depths(Some(max_depth), 3)
                         .with_points(points)
                 };
-                let (tracer, mut on_arrays) = (tracer(), tracer());
+                let on_each: Vec<_> = LaneChoice::all()
+                    .into_iter()
+                    .map(|lanes| {
+                        let mut tracer = tracer();
+                        tracer.transport.lanes = lanes;
+                        (MAX_BATCH, tracer)
+                    })
+                    .collect();
+                let tracer = tracer();
                 let alone: Vec<Rgb> = ids
                     .iter()
                     .map(|id| tracer.sample(id.x, id.y, id.index, 5))
@@ -434,9 +532,9 @@ mod tests {
                     || name == "corridor"
                     || name == "candles" && max_depth == 1;
                 assert!(lit || is_hidden, "{name} is black");
-                on_arrays.transport.lanes = LaneChoice::ARRAY;
                 let batches = [1, 7, 9, MAX_BATCH, 256].map(|size| (size, &tracer));
-                for (size, tracer) in batches.into_iter().chain([(MAX_BATCH, &on_arrays)]) {
+                let on_each = on_each.iter().map(|(size, tracer)| (*size, tracer));
+                for (size, tracer) in batches.into_iter().chain(on_each) {
                     let mut together = vec![Rgb::NAN; ids.len()];
                     for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
                         tracer.sample_many(ids, 5, values);

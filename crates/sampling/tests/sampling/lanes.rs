@@ -3,8 +3,9 @@
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneWords, Lanes, Vec3Lanes};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{
-    ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame, FrameLanes, PathSeed, SolidAngle,
-    UniformSphere, UniformTriangle, f32_from_u32, f32_from_u32_lanes, power_heuristic, power_heuristic_lanes,
+    ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame, FrameLanes, Ggx, GgxLanes,
+    MicrofacetDistribution, PathSeed, SolidAngle, UniformSphere, UniformTriangle, f32_from_u32,
+    f32_from_u32_lanes, power_heuristic, power_heuristic_lanes,
 };
 use lightshed_testkit::{check_faults, hostile_unit_f32};
 
@@ -14,6 +15,8 @@ struct Arguments {
     u: [[f32; LANES]; 2],
     normals: [Vec3; LANES],
     densities: [[f32; LANES]; 2],
+    /// Roughness that microfacets keep.
+    alpha: [f32; LANES],
     pixel: [u32; LANES],
     sample: [u32; LANES],
     seed: u64,
@@ -40,6 +43,14 @@ impl LaneKernel for Arguments {
         );
         let frame = FrameLanes::from_normal(normal);
         let world = frame.to_world(hemisphere);
+        let ggx = GgxLanes::new(L::load(&self.alpha));
+        let facet = ggx.sample_visible_normal(normal, u);
+        let facets = [
+            ggx.normal_density(facet),
+            ggx.masking(normal),
+            ggx.visible_normal_density(normal, facet),
+            ggx.visible_normal_density(hemisphere, normal),
+        ];
         let weight = power_heuristic_lanes(L::load(&self.densities[0]), L::load(&self.densities[1]));
         let words = CounterRng::block_lanes::<L>(
             self.seed,
@@ -50,9 +61,23 @@ impl LaneKernel for Arguments {
         let seeds = [L::Words::load(&self.pixel), L::Words::load(&self.sample)];
         let path_words = PathSeed::block_lanes::<L>(seeds, self.block);
         let mut rows = vec![disk[0].store(), disk[1].store()];
-        for v in [hemisphere, frame.tangent, frame.bitangent, world] {
+        let local = frame.to_local(hemisphere);
+        let to_unit = (normal * L::load(&self.u[0])).normalize_or(hemisphere);
+        for v in [
+            hemisphere,
+            frame.tangent,
+            frame.bitangent,
+            world,
+            local,
+            facet,
+            to_unit,
+        ] {
             rows.extend(v.store());
         }
+        for value in facets {
+            rows.push(value.store());
+        }
+        rows.push(world.length().store());
         rows.extend([triangle[0].store(), triangle[1].store(), weight.store()]);
         for word in words.into_iter().chain(path_words) {
             rows.push(f32_from_u32_lanes::<L>(word).store());
@@ -69,6 +94,7 @@ enum Fault {
     NextBlock,
     OtherPixel,
     FlippedNormal,
+    Rougher,
 }
 
 /// The same, one lane after the other.
@@ -78,6 +104,7 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
             let mut u = [arguments.u[0][lane], arguments.u[1][lane]];
             let mut normal = arguments.normals[lane];
             let mut densities = [0, 1].map(|side| arguments.densities[side][lane]);
+            let mut alpha = arguments.alpha[lane];
             let (mut pixel, mut block) = (arguments.pixel[lane], arguments.block);
             match fault {
                 Some(Fault::SwappedUniforms) => u.swap(0, 1),
@@ -85,6 +112,7 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
                 Some(Fault::NextBlock) => block += 1,
                 Some(Fault::OtherPixel) => pixel ^= 1,
                 Some(Fault::FlippedNormal) => normal.z = -normal.z,
+                Some(Fault::Rougher) => alpha *= 1.001,
                 None => {}
             }
             let disk = ConcentricDisk::sample(u);
@@ -92,11 +120,31 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
             let triangle = UniformTriangle::sample(u);
             let frame = Frame::from_normal(normal);
             let world = frame.to_world(hemisphere);
+            let ggx = Ggx::new(alpha, alpha);
+            let facet = ggx.sample_visible_normal(normal, u);
+            let facets = [
+                ggx.normal_density(facet),
+                ggx.masking(normal),
+                ggx.visible_normal_density(normal, facet).value(),
+                ggx.visible_normal_density(hemisphere, normal).value(),
+            ];
             let [a, b] = densities.map(Density::<SolidAngle>::new);
             let mut results = vec![disk.x, disk.y];
-            for v in [hemisphere, frame.tangent, frame.bitangent, world] {
+            let local = frame.to_local(hemisphere);
+            let to_unit = (normal * u[0]).normalize_or(hemisphere);
+            for v in [
+                hemisphere,
+                frame.tangent,
+                frame.bitangent,
+                world,
+                local,
+                facet,
+                to_unit,
+            ] {
                 results.extend(v.to_array());
             }
+            results.extend(facets);
+            results.push(world.length());
             results.extend([triangle[0], triangle[1], power_heuristic(a, b)]);
             let sample = arguments.sample[lane];
             let mut stream = PathSeed::new(u64::from(sample) << 32 | u64::from(pixel)).stream();
@@ -136,6 +184,9 @@ fn arguments() -> Vec<Arguments> {
                         densities[(lane_number(lane) / stride) as usize % densities.len()]
                     })
                 }),
+                alpha: core::array::from_fn(|lane| {
+                    [1e-4, 1e-3, 0.1, 0.5, 1.0, 1e3][lane_number(lane) as usize % 6]
+                }),
                 pixel: core::array::from_fn(|lane| lane_number(lane).wrapping_mul(0x9e37_79b9)),
                 sample: core::array::from_fn(lane_number),
                 seed: 0x0123_4567_89ab_cdef ^ u64::from(number) << 29,
@@ -153,6 +204,7 @@ fn lanes_give_the_bits_of_one() {
         Fault::NextBlock,
         Fault::OtherPixel,
         Fault::FlippedNormal,
+        Fault::Rougher,
     ];
     let bits = |rows: Results| -> Vec<[u32; LANES]> {
         rows.into_iter()

@@ -2,7 +2,7 @@
 //! at a time read them.
 
 use super::{Material, Microfacet, Roughness};
-use crate::{ColorTexture, FloatTexture, Place, Rgb};
+use crate::{ColorTexture, FloatTexture, Rgb};
 use lightshed_lanes::LANES;
 use lightshed_sampling::Ggx;
 
@@ -33,37 +33,38 @@ impl GlossyRow {
     /// In place of a material.
     pub const NONE: Self = Self([[0.0; LANES], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0]]);
 
-    /// The row of a material, with whether it is seen from both sides and whether its colours
-    /// differ from place to place; `None` for other materials.
-    pub fn new(material: &Material) -> Option<(Self, bool, bool)> {
+    /// The row of a material and what else there is to know of it; `None` for other materials.
+    pub fn new(material: &Material) -> Option<(Self, GlossyLook)> {
         let glossy = material.as_glossy()?;
-        let albedo = glossy.base.map_or(Some(Rgb::ZERO), ColorTexture::as_constant);
-        let tint = glossy.tint.as_constant();
+        let black = ColorTexture::Constant(Rgb::ZERO);
+        let base = glossy.base.unwrap_or(&black);
+        let (albedo, tint) = (base.as_constant(), glossy.tint.as_constant());
         let textured = albedo.is_none() || tint.is_none();
         let [a, t] = [albedo, tint].map(|color| color.unwrap_or(Rgb::ZERO));
-        let [base, conductor] = glossy.weights;
+        let [share, other] = glossy.weights;
         let (eta, k) = (glossy.eta, glossy.k);
         let last = f32::from(u8::from(glossy.base_is_last));
         let row = Self([
-            [a.x, a.y, a.z, t.x, t.y, t.z, base, conductor],
+            [a.x, a.y, a.z, t.x, t.y, t.z, share, other],
             [eta.x, eta.y, eta.z, k.x, k.y, k.z, glossy.alpha, last],
         ]);
-        Some((row, glossy.two_sided, textured))
+        let look = GlossyLook {
+            two_sided: glossy.two_sided,
+            colors: textured.then(|| [base.clone(), glossy.tint.clone()]),
+        };
+        Some((row, look))
     }
 }
 
-impl Material {
-    /// Albedo of the base and tint at a place of a glossy material.
-    pub(crate) fn glossy_colors(&self, place: Place) -> [Rgb; 2] {
-        match self.as_glossy() {
-            Some(glossy) => [
-                glossy.base.map_or(Rgb::ZERO, |albedo| albedo.at(place)),
-                glossy.tint.at(place),
-            ],
-            None => [Rgb::ZERO; 2],
-        }
-    }
+/// What a [`GlossyRow`] does not hold.
+pub(crate) struct GlossyLook {
+    /// Whether it is seen from both sides.
+    pub two_sided: bool,
+    /// Albedo of the base and tint, if any of them differs from place to place.
+    pub colors: Option<[ColorTexture; 2]>,
+}
 
+impl Material {
     fn as_glossy(&self) -> Option<Glossy<'_>> {
         let (inner, two_sided) = match self {
             Self::TwoSided { front, back: None } => (&**front, true),

@@ -20,7 +20,7 @@ pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
 pub use component_row::ComponentRow;
 pub use error::MaterialError;
 pub use flat::{FlatMaterials, FlatTexture};
-pub(crate) use glossy::GlossyRow;
+pub(crate) use glossy::{GlossyLook, GlossyRow};
 pub(crate) use glossy_lanes::ScatterGlossy;
 pub use glossy_lanes::{GlossyScattering, GlossyVertices};
 pub(crate) use relief::Along;

@@ -12,6 +12,26 @@ fn quad(filter: Filter, wrap: Wrap) -> ImageTexture {
     }
 }
 
+/// Around integers, where nearest numbers change, to where there are no digits behind the point.
+#[test]
+fn the_floor_is_that_of_the_standard_library() {
+    let mut values: Vec<f32> = lightshed_testkit::hostile_f32().collect();
+    for exponent in -30..40 {
+        let size = (exponent as f32).exp2();
+        values.extend((0..200).map(|i| (i as f32 - 100.0) * 0.25 * size));
+        for near in [size.next_up(), size.next_down(), size + 0.5, size + 0.75] {
+            values.extend([near, -near]);
+        }
+    }
+    for x in values {
+        let (found, expected) = (floor(x), x.floor());
+        assert!(
+            found == expected || expected.is_nan() && found.is_nan(),
+            "{x}: {found} for {expected}"
+        );
+    }
+}
+
 #[test]
 fn row_zero_is_at_v_one() {
     for filter in [Filter::Nearest, Filter::Bilinear] {

@@ -1,29 +1,28 @@
 //! Scattering at eight glossy surface points at a time.
 
-use crate::material::{GlossyRow, ScatterGlossy};
-use crate::{GlossyScattering, GlossyVertices, HitBatch, Material, Place, Rgb, Scene};
+use crate::material::{GlossyLook, GlossyRow, ScatterGlossy};
+use crate::{ColorTexture, GlossyScattering, GlossyVertices, HitBatch, Material, Rgb, Scene};
 use lightshed_lanes::{LANES, LaneChoice};
 
-/// The glossy materials as lanes read them, by material.
-pub struct GlossyRows(Vec<GlossyRow>);
+/// The glossy materials as lanes read them, by material; empty if there is none.
+pub struct GlossyRows {
+    rows: Vec<GlossyRow>,
+    /// Albedo of the base and tint, where they differ from place to place.
+    colors: Vec<Option<[ColorTexture; 2]>>,
+}
 
 impl GlossyRows {
-    /// Nothing if no material is glossy.
     pub fn new(materials: &[Material]) -> Self {
-        let rows = || materials.iter().map(|material| GlossyRow::new(material));
-        match rows().any(|row| row.is_some()) {
-            true => Self(
-                rows()
-                    .map(|row| row.map_or(GlossyRow::NONE, |(row, ..)| row))
-                    .collect(),
-            ),
-            false => Self(Vec::new()),
-        }
-    }
-
-    #[inline(always)]
-    fn get(&self, material: u32) -> &GlossyRow {
-        self.0.get(material as usize).unwrap_or(&GlossyRow::NONE)
+        let found = materials.iter().map(GlossyRow::new);
+        let found: Vec<Option<(GlossyRow, GlossyLook)>> = found.collect();
+        let (rows, colors) = match found.iter().any(Option::is_some) {
+            true => found
+                .into_iter()
+                .map(|found| found.map_or((GlossyRow::NONE, None), |(row, look)| (row, look.colors)))
+                .unzip(),
+            false => Default::default(),
+        };
+        Self { rows, colors }
     }
 }
 
@@ -49,14 +48,16 @@ impl Scene {
             let Some(record) = self.triangles.get(primitive as usize) else {
                 continue;
             };
-            materials[lane] = self.glossy_rows.get(record.material);
-            if self.diffuse_rows[record.material as usize].has_textured_gloss() {
+            let material = record.material as usize;
+            let Some(row) = self.glossy_rows.rows.get(material) else {
+                continue;
+            };
+            materials[lane] = row;
+            if let Some([albedo, tint]) = &self.glossy_rows.colors[material] {
                 textured |= 1 << lane;
                 let [v, w] = &hits.barycentric;
-                let barycentric = [v.get(place + lane), w.get(place + lane)];
-                let uv = record.uv(barycentric, &self.uvs);
-                let found = self.materials[record.material as usize].glossy_colors(Place::from(uv));
-                set_colors(&mut colors, lane, found);
+                let uv = record.uv([v.get(place + lane), w.get(place + lane)], &self.uvs);
+                set_colors(&mut colors, lane, [albedo.at(uv), tint.at(uv)]);
             }
         }
         lanes.run(ScatterGlossy {

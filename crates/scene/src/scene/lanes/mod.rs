@@ -26,12 +26,10 @@ const FRONT: usize = 3;
 const BACK: usize = 4;
 const KIND: usize = 5;
 
-/// Bits of [`DiffuseRow`]'s kind: diffuse everywhere, diffuse by a texture, glossy, glossy with
-/// textured colours.
+/// Bits of [`DiffuseRow`]'s kind: diffuse everywhere, diffuse by a texture, glossy.
 const DIFFUSE: u32 = 0;
 const TEXTURED: u32 = 1;
 const GLOSSY: u32 = 2;
-const GLOSSY_TEXTURED: u32 = 3;
 
 impl DiffuseRow {
     const OTHER: Self = Self([0.0; LANES]);
@@ -49,17 +47,12 @@ impl DiffuseRow {
                 Some(color) => row[..3].copy_from_slice(&color.to_array()),
                 None => kind |= 1 << TEXTURED,
             }
-        } else if let Some((_, two_sided, textured)) = GlossyRow::new(material) {
-            (row[FRONT], row[BACK]) = (1.0, f32::from(u8::from(two_sided)));
-            kind = 1 << GLOSSY | u32::from(textured) << GLOSSY_TEXTURED;
+        } else if let Some((_, look)) = GlossyRow::new(material) {
+            (row[FRONT], row[BACK]) = (1.0, f32::from(u8::from(look.two_sided)));
+            kind = 1 << GLOSSY;
         }
         row[KIND] = f32::from_bits(kind);
         Self(row)
-    }
-
-    #[inline(always)]
-    fn has_textured_gloss(&self) -> bool {
-        self.kind() >> GLOSSY_TEXTURED & 1 == 1
     }
 
     #[inline(always)]
@@ -70,8 +63,8 @@ impl DiffuseRow {
 
 impl Scene {
     /// The points that rays `place` to `place + 7` of a batch have hit, as far as they lie on
-    /// diffuse or glossy triangles. `wanted` are the lanes asked for; each must have a hit by this scene's
-    /// accelerator.
+    /// diffuse or glossy triangles. `wanted` are the lanes asked for; each must have a hit by this
+    /// scene's accelerator.
     #[inline(always)]
     pub fn diffuse_lanes<L: Lanes>(&self, hits: &HitBatch, place: usize, wanted: u32) -> DiffuseLanes<L> {
         const NO_MATERIAL: &DiffuseRow = &DiffuseRow::OTHER;
