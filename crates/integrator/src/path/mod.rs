@@ -454,7 +454,7 @@ mod tests {
                 specular_reflectance: Rgb::ONE.into(),
                 specular_transmittance: Rgb::ONE.into(),
             },
-            ggx(0.0, white()),
+            ggx(1e-6, white()),
             ggx(0.3, Rgb::new(0.9, 0.6, 0.2).into()),
             metal(Microfacet::Beckmann, constant(0.2), constant(0.2), white()),
         ];

@@ -23,13 +23,20 @@ fn the_floor_is_that_of_the_standard_library() {
             values.extend([near, -near]);
         }
     }
-    for x in values {
-        let (found, expected) = (floor(x), x.floor());
-        assert!(
-            found == expected || expected.is_nan() && found.is_nan(),
-            "{x}: {found} for {expected}"
-        );
-    }
+    lightshed_testkit::check_faults(&["the nearest integer", "towards zero"], |fault| {
+        values.iter().try_for_each(|&x| {
+            let expected = match fault {
+                Some("the nearest integer") => x.round_ties_even(),
+                Some(_) => x.trunc(),
+                None => x.floor(),
+            };
+            let found = floor(x);
+            (found == expected || expected.is_nan() && found.is_nan())
+                .then_some(())
+                .ok_or_else(|| format!("{x}: {found} for {expected}"))
+        })
+    })
+    .unwrap();
 }
 
 #[test]
