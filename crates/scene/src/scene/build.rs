@@ -175,7 +175,7 @@ impl Scene {
             spheres: flat.spheres,
             copies: flat.copies,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
-            glossy_rows: GlossyRows::new(&materials),
+            glossy_rows: GlossyRows::new(materials),
             images: super::prefetch::images(materials),
             materials: materials.clone(),
             by_power: PowerTable::new(&emitters)?,
