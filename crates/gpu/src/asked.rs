@@ -11,7 +11,7 @@ use lightshed_integrator::{
     CachedPathsOptions, GuidedPathsOptions, LightChoosing, LightcutOptions, METHODS, Method, MixtureOptions,
     RestirDiSettings, RestirPtOptions, RestirSuffixOptions, RestirVolumeOptions, VplGridOptions,
 };
-use lightshed_scene::Scene;
+use lightshed_scene::{Scene, SkySampling};
 
 /// A constructor of the device with its arguments. Whatever an option changes is in here: an option
 /// that leaves it as it is has no effect on the device, and is refused.
@@ -180,6 +180,11 @@ impl Asked {
                 "the device finds visible emission by paths: visible has to be paths",
             ));
         }
+        if values.sky_given() == Some(SkySampling::AboveMean) {
+            return Err(refused(
+                "the device samples environments in proportion to luminance: sky has to be luminance",
+            ));
+        }
         let points = values.points_given();
         if points.is_some_and(|points| points.name() != "independent") {
             return Err(refused(
@@ -219,7 +224,7 @@ mod tests {
 
     /// What options may be set to, other than the device's own defaults: an option takes of these
     /// texts those that it accepts.
-    const TEXTS: [&str; 35] = [
+    const TEXTS: [&str; 36] = [
         "true",
         "0",
         "0.5",
@@ -255,6 +260,7 @@ mod tests {
         "hybrid",
         "curve-bvh",
         "perfect",
+        "luminance",
     ];
 
     /// Values of an option other than its default.
@@ -270,10 +276,24 @@ mod tests {
         let of_course = [
             ("points", "independent"),
             ("visible", "paths"),
+            ("sky", "luminance"),
             ("direct-samples", "0"),
         ];
         let already = format!(" {}: {value},", option.name.replace('-', "_"));
         of_course.contains(&(option.name, value)) || asked.contains(&already)
+    }
+
+    /// The defaults of methods on the processor that the device does not have are refused if told.
+    #[test]
+    fn defaults_of_the_processor_are_refused_if_told() {
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        for (option, value) in [("sky", "above-mean"), ("visible", "rays"), ("points", "sobol")] {
+            let mut method = Method::named("path").unwrap();
+            assert!(Asked::of(&method, &scene).is_ok());
+            method.set(option, value).unwrap();
+            let error = Asked::of(&method, &scene).unwrap_err().to_string();
+            assert!(error.contains(option), "{error}");
+        }
     }
 
     /// Every option of every method, alone and beside each other option of the method, changes what

@@ -7,7 +7,8 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SkySampling,
+    SurfacePoint,
 };
 use std::sync::Arc;
 
@@ -21,6 +22,17 @@ pub enum AnyEmitters<'a> {
     Power(EmittersByPower<'a>),
     /// For the point that is lit.
     Selection(Arc<LightSelection<'a>>),
+}
+
+impl AnyEmitters<'_> {
+    /// The same, with the environment sampled in this way; what has been built or learnt is shared.
+    #[must_use]
+    pub fn with_sky(&self, sky: SkySampling) -> Self {
+        match self {
+            Self::Power(emitters) => Self::Power(emitters.with_sky(sky)),
+            Self::Selection(selection) => Self::Selection(Arc::new(selection.with_sky(sky))),
+        }
+    }
 }
 
 /// Each arm is compiled for its sampler, with its site.

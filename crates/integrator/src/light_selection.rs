@@ -14,11 +14,12 @@ use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
     Bsdf, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation, EmitterSample,
-    Emitters, Rgb, Scene, SurfacePoint, luminance,
+    Emitters, Rgb, Scene, SkySampling, SurfacePoint, luminance,
 };
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// How one of the finite emitters is selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +133,8 @@ impl FromStr for LightChoosing {
 pub struct LightSelection<'a> {
     emitters: &'a Emitters,
     /// `None` without finite emitters.
-    sampler: Option<Sampler>,
+    sampler: Option<Arc<Sampler>>,
+    sky: SkySampling,
     finite_probability: f32,
     infinite_probability: f32,
     /// Emitters at infinity, and one more if there are finite ones.
@@ -233,13 +235,24 @@ impl<'a> LightSelection<'a> {
             infinite_probability: infinite as f32 * one,
             groups,
             leaves_environment: choosing == LightChoosing::Unfound,
-            sampler,
+            sampler: sampler.map(Arc::new),
+            sky: SkySampling::Luminance,
         })
+    }
+
+    /// The same, with the environment sampled in this way; what has been built or learnt is shared.
+    #[must_use]
+    pub fn with_sky(&self, sky: SkySampling) -> Self {
+        Self {
+            sampler: self.sampler.clone(),
+            sky,
+            ..*self
+        }
     }
 
     /// The cache that chooses, if one does.
     pub(crate) fn cache_mut(&mut self) -> Option<&mut LightCache> {
-        match &mut self.sampler {
+        match self.sampler.as_mut().and_then(Arc::get_mut) {
             Some(Sampler::Cache(cache)) => Some(cache),
             _ => None,
         }
@@ -249,7 +262,7 @@ impl<'a> LightSelection<'a> {
     /// factors, or the light BVH alone. `None` for selections of other kinds, and without finite
     /// emitters.
     pub fn flat_cache(&self) -> Option<FlatLightCache<'_>> {
-        match self.sampler.as_ref()? {
+        match self.sampler.as_deref()? {
             Sampler::Cache(cache) => cache.flat(),
             Sampler::TreeCache(cache) => Some(cache.flat()),
             Sampler::Bvh(tree) => Some(FlatLightCache::of_tree(tree)),
@@ -259,22 +272,27 @@ impl<'a> LightSelection<'a> {
 
     /// Replaces a cache by its useful part.
     pub(crate) fn keep(&mut self, use_of: CacheUse) {
-        self.sampler = match (self.sampler.take(), use_of) {
-            (Some(Sampler::Cache(cache)), CacheUse::Tree | CacheUse::Nothing) => {
+        let Some(sampler) = self.sampler.take() else {
+            return;
+        };
+        self.sampler = match (Arc::try_unwrap(sampler), use_of) {
+            (Ok(Sampler::Cache(cache)), CacheUse::Tree | CacheUse::Nothing) => {
                 let tree = cache.into_tree();
-                tree.map(|tree| match use_of {
+                let kept = tree.map(|tree| match use_of {
                     CacheUse::Nothing => Sampler::Bvh(Box::new(tree.into_plain())),
                     _ => Sampler::TreeCache(Box::new(tree)),
-                })
+                });
+                kept.map(Arc::new)
             }
-            (other, _) => other,
+            (Ok(other), _) => Some(Arc::new(other)),
+            (Err(shared), _) => Some(shared),
         };
     }
 
     /// Probability of choosing a finite emitter of this index among those, for a point; 0 for any
     /// other index.
     pub fn probability(&self, at: &ShadingPoint, emitter: u32) -> f32 {
-        match &self.sampler {
+        match self.sampler.as_deref() {
             Some(sampler) => with_sampler!(sampler, s => s.pmf(at, emitter)),
             None => 0.0,
         }
@@ -312,7 +330,7 @@ impl<'a> LightSelection<'a> {
     fn choose(&self, at: &ShadingPoint, u: u64) -> Option<Chosen> {
         match self.route(u)? {
             Route::Finite(u) => {
-                let sampler = self.sampler.as_ref()?;
+                let sampler = self.sampler.as_deref()?;
                 let choice = with_sampler!(sampler, s => s.sample(at, u))?;
                 Some(self.finite(choice))
             }
@@ -342,7 +360,9 @@ impl<'a> LightSelection<'a> {
                 None => {}
             }
         }
-        let Some(sampler) = &self.sampler else { return };
+        let Some(sampler) = self.sampler.as_deref() else {
+            return;
+        };
         let mut made = [None; TOGETHER];
         choices(sampler, &places[..count], &finite[..count], &mut made[..count]);
         for (place, choice) in places[..count].iter().zip(made) {
@@ -361,7 +381,7 @@ impl<'a> LightSelection<'a> {
                 .chosen_with(probability),
             Chosen::Infinite { u: u_select } => self
                 .emitters
-                .sample_at_infinity(u_select, u)
+                .sample_at_infinity(self.sky, u_select, u)
                 .filter(|sample| sample.is_delta || !self.leaves_environment)?
                 .chosen_with(self.infinite_probability),
         }
@@ -382,12 +402,15 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline(always)]
     fn uses_site(&self) -> bool {
-        !matches!(self.sampler, None | Some(Sampler::Uniform(_) | Sampler::Power(_)))
+        !matches!(
+            self.sampler.as_deref(),
+            None | Some(Sampler::Uniform(_) | Sampler::Power(_))
+        )
     }
 
     #[inline(always)]
     fn uses_gloss(&self) -> bool {
-        match &self.sampler {
+        match self.sampler.as_deref() {
             Some(Sampler::Cache(cache)) => cache.options().lobes,
             _ => false,
         }
@@ -409,7 +432,7 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline]
     fn pdf(&self, from: Vec3, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
-        match &self.sampler {
+        match self.sampler.as_deref() {
             Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
                 let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
                 self.emitters.pdf_on(from, point) * (pmf * self.finite_probability)
@@ -420,7 +443,7 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline]
     fn pdf_environment(&self, _from: Vec3, _at: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
-        self.emitters.pdf_at_infinity(direction) * self.environment_probability()
+        self.emitters.pdf_at_infinity(self.sky, direction) * self.environment_probability()
     }
 
     #[inline]
@@ -437,7 +460,7 @@ impl EmitterSampler for LightSelection<'_> {
             }
             Chosen::Infinite { u: u_select } => (
                 self.emitters
-                    .endpoint_at_infinity(u_select, u)
+                    .endpoint_at_infinity(self.sky, u_select, u)
                     .filter(|endpoint| {
                         !(self.leaves_environment && matches!(endpoint, EmitterEndpoint::Environment { .. }))
                     })?,
@@ -448,7 +471,7 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline]
     fn endpoint_pdf(&self, from: Vec3, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
-        match &self.sampler {
+        match self.sampler.as_deref() {
             Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
                 let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
                 self.emitters.endpoint_pdf_on(from, point) * (pmf * self.finite_probability)
@@ -459,7 +482,7 @@ impl EmitterSampler for LightSelection<'_> {
 
     #[inline]
     fn endpoint_probability(&self, _from: Vec3, at: &ShadingPoint, endpoint: &EmitterEndpoint) -> f32 {
-        match (self.emitters.finite_emitter(endpoint), &self.sampler) {
+        match (self.emitters.finite_emitter(endpoint), self.sampler.as_deref()) {
             (Some(emitter), Some(sampler)) => {
                 with_sampler!(sampler, s => s.pmf(at, emitter)) * self.finite_probability
             }
@@ -478,7 +501,7 @@ impl EmitterSampler for LightSelection<'_> {
         endpoint: &EmitterEndpoint,
         probability: f32,
     ) -> Option<EmitterConnection> {
-        let connection = self.emitters.connect(from, endpoint)?;
+        let connection = self.emitters.connect_by(self.sky, from, endpoint)?;
         Some(connection.chosen_with(probability))
     }
 

@@ -10,7 +10,7 @@ use lightshed_lights::{
 };
 use lightshed_sampling::{CounterRng, parallel, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, EmitterSample, Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Bsdf, EmitterSample, Ray, Rgb, Scene, SkySampling, SurfacePoint};
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -350,7 +350,7 @@ impl<'a> Lightcuts<'a> {
         }
         if emitters.infinite_count() > 0 {
             let (u_select, u) = (seen.rng.next_u64(), seen.rng.next_2d());
-            let sample = emitters.sample_at_infinity(u_select, u);
+            let sample = emitters.sample_at_infinity(SkySampling::Luminance, u_select, u);
             if let Some((ray, radiance)) = sample.and_then(|sample| towards(seen, &sample)) {
                 cast(ray, radiance);
             }
@@ -381,7 +381,7 @@ impl<'a> Lightcuts<'a> {
                         emitters.pdf_on(seen.point.position, met) * (pmf * self.frequency())
                     }
                     (Some(_), None) => lightshed_sampling::Density::ZERO,
-                    (None, _) => emitters.pdf_at_infinity(ray.direction),
+                    (None, _) => emitters.pdf_at_infinity(SkySampling::Luminance, ray.direction),
                 };
                 power_heuristic(sample.pdf * seen.bsdf_samples, other)
             };

@@ -14,6 +14,7 @@ use crate::{
     RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
+use lightshed_scene::SkySampling;
 use std::fmt::Display;
 
 type Start<'b> = Result<Started<'b>, String>;
@@ -21,6 +22,13 @@ type Start<'b> = Result<Started<'b>, String>;
 /// The sampler of emitters that is asked for.
 fn any_emitters<'b, 'a>(stage: &'b Stage<'a>, values: &MethodValues) -> Result<&'b AnyEmitters<'a>, String> {
     stage.emitters(values.light_choosing()).map_err(reason)
+}
+
+/// The same, with the environment sampled as asked for: above its mean unless told otherwise.
+fn path_emitters<'b, 'a>(stage: &'b Stage<'a>, values: &MethodValues) -> Result<&'b AnyEmitters<'a>, String> {
+    stage
+        .emitters_by(values.light_choosing(), values.sky())
+        .map_err(reason)
 }
 
 /// All methods. Not a constant: each crate that names one compiles the functions in it again.
@@ -34,6 +42,7 @@ pub static METHODS: &[MethodEntry] = &[
         },
         options: &[
             options::LIGHTS,
+            options::SKY,
             options::POINTS,
             options::VISIBLE,
             options::GUIDE,
@@ -98,6 +107,7 @@ pub static METHODS: &[MethodEntry] = &[
         },
         options: &[
             options::LIGHTS,
+            options::SKY,
             options::LIGHT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
@@ -425,6 +435,7 @@ const CHOSEN_CANDIDATES: u32 = 8;
 /// Options of paths through media.
 const VOLPATH_OPTIONS: &[MethodOption] = &[
     options::LIGHTS,
+    options::SKY,
     options::GUIDE,
     options::GUIDE_BITS,
     options::GUIDE_PRODUCT,
@@ -474,7 +485,7 @@ fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) 
 /// path and the first edge of roulette in place of the scene's. The only method compiled for each
 /// sampler of emitters: with [`AnyEmitters`] it takes 1 to 2 % longer.
 fn path_samples<'b>(stage: &'b Stage<'_>, values: &MethodValues, depths: Option<(u32, u32)>) -> Start<'b> {
-    match any_emitters(stage, values)? {
+    match path_emitters(stage, values)? {
         &AnyEmitters::Power(emitters) => samples(path_tracer(stage, values, emitters, depths)),
         AnyEmitters::Selection(emitters) => samples(path_tracer(stage, values, &**emitters, depths)),
     }
@@ -507,7 +518,10 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
         emitter_samples,
         ..DirectLightOptions::default()
     };
-    let method = DirectLight::new(stage.scene(), any_emitters(stage, values)?, options).map_err(reason)?;
+    // Of several samples of the emitters and one of the BSDF, the latter is too rare for the rest.
+    let sky = values.sky_given().unwrap_or(SkySampling::Luminance);
+    let emitters = stage.emitters_by(values.light_choosing(), sky).map_err(reason)?;
+    let method = DirectLight::new(stage.scene(), emitters, options).map_err(reason)?;
     samples(method.with_points(values.points()))
 }
 
@@ -516,9 +530,9 @@ fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start
     match (values.guided_paths(), values.cached_paths(scene)) {
         (guide, Some(options)) => {
             let options = CachedPathsOptions { guide, ..options };
-            frames(CachedPaths::new(scene, any_emitters(stage, values)?, options))
+            frames(CachedPaths::new(scene, path_emitters(stage, values)?, options))
         }
-        (Some(options), None) => frames(GuidedPaths::new(scene, any_emitters(stage, values)?, options)),
+        (Some(options), None) => frames(GuidedPaths::new(scene, path_emitters(stage, values)?, options)),
         (None, None) => path_samples(stage, values, None),
     }
 }
@@ -531,11 +545,11 @@ fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTrac
     if let Some(options) = guided {
         return frames(GuidedPaths::new(
             stage.scene(),
-            any_emitters(stage, values)?,
+            path_emitters(stage, values)?,
             options,
         ));
     }
-    let method = VolumePathTracer::new(stage.scene(), any_emitters(stage, values)?);
+    let method = VolumePathTracer::new(stage.scene(), path_emitters(stage, values)?);
     samples(method.with_tracking(tracking).with_points(values.points()))
 }
 

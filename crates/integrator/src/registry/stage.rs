@@ -3,8 +3,8 @@
 use crate::{AnyEmitters, CameraMotion, GuidedWorlds, LightChoosing, LightSelection, SceneWorld};
 use lightshed_film::{FrameMethod, PixelEstimator, SampledFrames};
 use lightshed_lights::LightError;
-use lightshed_scene::Scene;
 use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Scene, SkySampling};
 use std::sync::{Arc, OnceLock};
 
 /// A scene, and structures that its methods share: built when the first method requests them.
@@ -12,6 +12,8 @@ pub struct Stage<'a> {
     scene: &'a Scene,
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
+    /// Those with the environment sampled above its mean.
+    above_mean: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
     worlds: [OnceLock<SceneWorld<'a, AnyEmitters<'a>>>; LightChoosing::ALL.len() + 2],
     guided: OnceLock<Box<GuidedChain<'a>>>,
 }
@@ -62,6 +64,7 @@ impl<'a> Stage<'a> {
         Self {
             scene,
             emitters: Default::default(),
+            above_mean: Default::default(),
             worlds: Default::default(),
             guided: OnceLock::new(),
         }
@@ -89,6 +92,22 @@ impl<'a> Stage<'a> {
             }
         };
         Ok(place.get_or_init(|| emitters))
+    }
+
+    /// [`emitters`](Self::emitters), with the environment sampled in this way.
+    ///
+    /// # Errors
+    /// Lights that a sampler refuses.
+    pub fn emitters_by(
+        &self,
+        choosing: Option<LightChoosing>,
+        sky: SkySampling,
+    ) -> Result<&AnyEmitters<'a>, LightError> {
+        let emitters = self.emitters(choosing)?;
+        Ok(match sky {
+            SkySampling::AboveMean => self.above_mean[place(choosing)].get_or_init(|| emitters.with_sky(sky)),
+            _ => emitters,
+        })
     }
 
     /// The scene as paths see it, with these [`emitters`](Self::emitters).

@@ -14,4 +14,5 @@ mod mirrors;
 mod references;
 mod rendered;
 mod shifts;
+mod skies;
 mod vpl;

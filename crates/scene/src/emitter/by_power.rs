@@ -1,7 +1,7 @@
 //! Selection of emitters by power, independent of the point that they light.
 
 use super::area::AreaEmitter;
-use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters};
+use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, SkySampling};
 use crate::{FlatDelta, FlatEmitter, SceneError, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
@@ -55,6 +55,7 @@ impl PowerTable {
 pub struct EmittersByPower<'a> {
     emitters: &'a Emitters,
     pub(super) table: &'a PowerTable,
+    sky: SkySampling,
 }
 
 /// A chosen emitter.
@@ -67,7 +68,17 @@ pub(super) enum Selected {
 
 impl<'a> EmittersByPower<'a> {
     pub(crate) fn new(emitters: &'a Emitters, table: &'a PowerTable) -> Self {
-        Self { emitters, table }
+        Self {
+            emitters,
+            table,
+            sky: SkySampling::Luminance,
+        }
+    }
+
+    /// The same, with the environment sampled in this way.
+    #[must_use]
+    pub fn with_sky(self, sky: SkySampling) -> Self {
+        Self { sky, ..self }
     }
 
     /// The emitters.
@@ -93,7 +104,10 @@ impl<'a> EmittersByPower<'a> {
                     .emitters
                     .sample_point(from, index, pmf * self.group_probability()),
             },
-            Selected::Infinite(number) => self.emitters.sample_infinite(number, self.group_probability(), u),
+            Selected::Infinite(number) => {
+                self.emitters
+                    .sample_infinite(self.sky, number, self.group_probability(), u)
+            }
         }
     }
 
@@ -111,7 +125,7 @@ impl<'a> EmittersByPower<'a> {
     #[inline(always)]
     pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
         match self.emitters.environment() {
-            Some(environment) => environment.pdf(direction) * self.group_probability(),
+            Some(environment) => environment.pdf_by(self.sky, direction) * self.group_probability(),
             None => Density::ZERO,
         }
     }
@@ -123,7 +137,7 @@ impl<'a> EmittersByPower<'a> {
     pub fn sample_endpoint(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.select(u_select) {
             Selected::Finite { index, .. } => self.emitters.endpoint_on(from, index, u),
-            Selected::Infinite(number) => self.emitters.endpoint_of_infinite(number, u),
+            Selected::Infinite(number) => self.emitters.endpoint_of_infinite(self.sky, number, u),
         }
     }
 
@@ -141,8 +155,9 @@ impl<'a> EmittersByPower<'a> {
     #[inline]
     pub fn connect(&self, from: Vec3, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
         let point = |index| self.probability(index);
+        let at_infinity = (self.group_probability(), self.sky);
         self.emitters
-            .connect_among(&self.table.areas, point, self.group_probability(), from, endpoint)
+            .connect_among(&self.table.areas, point, at_infinity, from, endpoint)
     }
 
     /// Probability with which a finite emitter is chosen, at every point; 0 for any other index.

@@ -12,7 +12,7 @@
 //! another point as it is, with Jacobian 1.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
-use super::{Emitters, ray_towards, shadow_ray, target_on_surface};
+use super::{Emitters, SkySampling, ray_towards, shadow_ray, target_on_surface};
 use crate::{Ray, Rgb, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, UniformTriangle, octahedral_decode, octahedral_encode};
@@ -115,19 +115,31 @@ impl Emitters {
     /// An endpoint of one of the emitters at infinity, which are chosen by `u_select` uniformly;
     /// `None` where there are none.
     #[inline]
-    pub fn endpoint_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
+    pub fn endpoint_at_infinity(
+        &self,
+        sky: SkySampling,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<EmitterEndpoint> {
         let count = self.infinite_count();
         let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
-        (count > 0).then(|| self.endpoint_of_infinite(which, u)).flatten()
+        (count > 0)
+            .then(|| self.endpoint_of_infinite(sky, which, u))
+            .flatten()
     }
 
-    pub(super) fn endpoint_of_infinite(&self, index: usize, u: [f32; 2]) -> Option<EmitterEndpoint> {
+    pub(super) fn endpoint_of_infinite(
+        &self,
+        sky: SkySampling,
+        index: usize,
+        u: [f32; 2],
+    ) -> Option<EmitterEndpoint> {
         if index < self.directionals.len() {
             return Some(EmitterEndpoint::Delta {
                 emitter: (self.finite_count() + index) as u32,
             });
         }
-        let (direction, _, _) = self.environment()?.sample(u)?;
+        let (direction, _, _) = self.environment()?.sample_by(sky, u)?;
         Some(EmitterEndpoint::Environment { direction })
     }
 
@@ -150,18 +162,31 @@ impl Emitters {
     /// values.
     #[inline]
     pub fn connect(&self, from: Vec3, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
-        let at_infinity = 1.0 / self.infinite_count() as f32;
+        self.connect_by(SkySampling::Luminance, from, endpoint)
+    }
+
+    /// [`connect`](Self::connect), where the environment is sampled in this way. The densities are
+    /// zero in directions that it leaves out, and the connection is there.
+    #[inline]
+    pub fn connect_by(
+        &self,
+        sky: SkySampling,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+    ) -> Option<EmitterConnection> {
+        let at_infinity = (1.0 / self.infinite_count() as f32, sky);
         self.connect_among(&self.areas, |_| 1.0, at_infinity, from, endpoint)
     }
 
     /// [`connect`](Self::connect), where surfaces have been chosen as these say, points and spots
-    /// with the probability `point`, and each emitter at infinity with the other.
+    /// with the probability `point`, and each emitter at infinity with the other, a direction of
+    /// the environment among them as `SkySampling` says.
     #[inline(always)]
     pub(super) fn connect_among(
         &self,
         areas: &[AreaEmitter],
         point: impl FnOnce(u32) -> f32,
-        at_infinity: f32,
+        (at_infinity, sky): (f32, SkySampling),
         from: Vec3,
         endpoint: &EmitterEndpoint,
     ) -> Option<EmitterConnection> {
@@ -172,8 +197,10 @@ impl Emitters {
             },
             EmitterEndpoint::Environment { direction } => {
                 let environment = self.environment()?;
-                let pdf = environment.pdf(direction) * at_infinity;
-                pdf.is_positive().then(|| EmitterConnection {
+                let pdf = environment.pdf_by(sky, direction) * at_infinity;
+                let is_left_out =
+                    || sky != SkySampling::Luminance && environment.pdf(direction).is_positive();
+                (pdf.is_positive() || is_left_out()).then(|| EmitterConnection {
                     direction,
                     radiance: environment.radiance(direction),
                     pdf,

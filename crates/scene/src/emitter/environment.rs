@@ -1,6 +1,6 @@
 //! Light from all directions: constant, or an image.
 
-use super::{check_rgb, luminance_f64};
+use super::{SkySampling, check_rgb, luminance_f64};
 use crate::{EnvironmentMap, FlatSky, Image, Rgb};
 use glam::{Mat3, Vec3};
 use lightshed_sampling::{Density, PiecewiseConstant2d, PrimarySample, SolidAngle, UniformSphere};
@@ -20,7 +20,7 @@ enum Kind {
 
 /// An equirectangular image, sampled in proportion to luminance times `sin θ`, constant over each
 /// cell between four neighbouring texel centres. Bilinear interpolation is zero only where all four
-/// corners are, and so is the density.
+/// corners are, and so is that density.
 #[derive(Clone, Debug)]
 struct ImageEnvironment {
     image: Arc<Image>,
@@ -28,6 +28,8 @@ struct ImageEnvironment {
     to_world: Mat3,
     to_local: Mat3,
     distribution: PiecewiseConstant2d,
+    /// In proportion to what a cell's luminance exceeds the mean by; `None` if none does.
+    above_mean: Option<PiecewiseConstant2d>,
 }
 
 impl Environment {
@@ -58,21 +60,15 @@ impl Environment {
                 check_rgb(image.texel(x, y))?;
             }
         }
-        let rows = height.max(2) - 1;
-        let mut weights = Vec::with_capacity(width as usize * rows as usize);
-        for row in 0..rows {
-            let sin_theta = ((f64::from(row) + 0.5) / f64::from(rows) * std::f64::consts::PI).sin();
-            for column in 0..width {
-                let corners = cell_corners(image, column, row);
-                let mean = corners.map(luminance_f64).iter().sum::<f64>() / 4.0;
-                weights.push((mean * sin_theta) as f32);
-            }
-        }
+        let weights = cell_weights(image, 0.0);
         if *scale == 0.0 || weights.iter().all(|&weight| weight == 0.0) {
             return Ok(None);
         }
         let distribution = PiecewiseConstant2d::new(&weights, width as usize)
             .map_err(|_| "its image is too large or too bright")?;
+        // A constant image exceeds its mean by rounding at most, and nothing is sampled by that.
+        let above = cell_weights(image, mean_luminance(image) * (1.0 + 1e-6));
+        let above_mean = PiecewiseConstant2d::new(&above, width as usize).ok();
         let to_local = to_world.transpose();
         let image = Arc::clone(image);
         Ok(Some(Self(Kind::Image(Box::new(ImageEnvironment {
@@ -81,6 +77,7 @@ impl Environment {
             to_world,
             to_local,
             distribution,
+            above_mean,
         })))))
     }
 
@@ -109,26 +106,39 @@ impl Environment {
         }
     }
 
-    /// A unit direction towards the environment, the radiance from there and the density.
+    /// A unit direction towards the environment, the radiance from there and the density: by
+    /// [`SkySampling::Luminance`].
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
-        match &self.0 {
-            Kind::Constant(radiance) => {
-                let direction = UniformSphere::sample(u);
-                Some((direction, *radiance, UniformSphere::density()))
-            }
-            Kind::Image(image) => image.sample(u),
-        }
+        self.sample_by(SkySampling::Luminance, u)
     }
 
     /// Density with which [`Environment::sample`] returns `direction`.
     #[inline]
     pub fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        self.pdf_by(SkySampling::Luminance, direction)
+    }
+
+    /// A unit direction towards the environment, the radiance from there and the density.
+    #[inline]
+    pub fn sample_by(&self, sky: SkySampling, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
+        match &self.0 {
+            Kind::Constant(radiance) => {
+                let direction = UniformSphere::sample(u);
+                Some((direction, *radiance, UniformSphere::density()))
+            }
+            Kind::Image(image) => image.sample(image.distribution(sky), u),
+        }
+    }
+
+    /// Density with which [`sample_by`](Self::sample_by) returns `direction`.
+    #[inline]
+    pub fn pdf_by(&self, sky: SkySampling, direction: Vec3) -> Density<SolidAngle> {
         match &self.0 {
             Kind::Constant(_) => UniformSphere::density(),
             Kind::Image(image) => {
                 let uv = image.coordinates(direction);
-                to_solid_angle(image.distribution.pdf(uv), (PI * uv[1]).sin())
+                to_solid_angle(image.distribution(sky).pdf(uv), (PI * uv[1]).sin())
             }
         }
     }
@@ -156,7 +166,56 @@ fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
     [(column, row), (right, row), (column, below), (right, below)].map(|(x, y)| image.texel(x, y))
 }
 
+/// Solid angle of a cell in this row of so many, over that of one at the equator.
+fn sin_theta_of(row: u32, rows: u32) -> f64 {
+    ((f64::from(row) + 0.5) / f64::from(rows) * std::f64::consts::PI).sin()
+}
+
+/// Number of rows of cells.
+fn row_count(image: &Image) -> u32 {
+    image.height().max(2) - 1
+}
+
+/// Luminance of the corners of a cell, in the mean.
+fn cell_luminance(image: &Image, column: u32, row: u32) -> f64 {
+    let corners = cell_corners(image, column, row);
+    corners.map(luminance_f64).iter().sum::<f64>() / 4.0
+}
+
+/// What the luminance of each cell exceeds `least` by, times `sin θ`, row by row.
+fn cell_weights(image: &Image, least: f64) -> Vec<f32> {
+    let (width, rows) = (image.width(), row_count(image));
+    let mut weights = Vec::with_capacity(width as usize * rows as usize);
+    for row in 0..rows {
+        let sin_theta = sin_theta_of(row, rows);
+        let above = |column| (cell_luminance(image, column, row) - least).max(0.0);
+        weights.extend((0..width).map(|column| (above(column) * sin_theta) as f32));
+    }
+    weights
+}
+
+/// Luminance over all directions, in the mean.
+fn mean_luminance(image: &Image) -> f64 {
+    let (width, rows) = (image.width(), row_count(image));
+    let (mut sum, mut solid_angle) = (0.0, 0.0);
+    for row in 0..rows {
+        let sin_theta = sin_theta_of(row, rows);
+        let of_row: f64 = (0..width).map(|column| cell_luminance(image, column, row)).sum();
+        sum += of_row * sin_theta;
+        solid_angle += f64::from(width) * sin_theta;
+    }
+    sum / solid_angle
+}
+
 impl ImageEnvironment {
+    #[inline(always)]
+    fn distribution(&self, sky: SkySampling) -> &PiecewiseConstant2d {
+        match (sky, &self.above_mean) {
+            (SkySampling::AboveMean, Some(above_mean)) => above_mean,
+            _ => &self.distribution,
+        }
+    }
+
     fn flat(&self) -> FlatSky {
         let size = [self.image.width(), self.image.height()];
         let mut words = self.distribution.row_starts().to_vec();
@@ -188,7 +247,7 @@ impl ImageEnvironment {
 
     #[inline]
     fn radiance(&self, uv: [f32; 2]) -> Rgb {
-        let (width, rows) = (self.image.width(), self.image.height().max(2) - 1);
+        let (width, rows) = (self.image.width(), row_count(&self.image));
         let (x, y) = (uv[0] * width as f32, uv[1] * rows as f32);
         let (column, row) = ((x as u32).min(width - 1), (y as u32).min(rows - 1));
         let (fx, fy) = (
@@ -200,8 +259,12 @@ impl ImageEnvironment {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
-        let sample = self.distribution.sample(u);
+    fn sample(
+        &self,
+        distribution: &PiecewiseConstant2d,
+        u: [f32; 2],
+    ) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
+        let sample = distribution.sample(u);
         let half_texel = 0.5 / self.image.width() as f32;
         let (sin_theta, cos_theta) = (PI * sample.uv[1]).sin_cos();
         let (sin_phi, cos_phi) = (TAU * (sample.uv[0] + half_texel)).sin_cos();

@@ -11,6 +11,7 @@ mod lanes;
 mod on_one;
 mod outline;
 mod point;
+mod sky_sampling;
 
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ pub use environment::Environment;
 pub use lanes::EmitterLanes;
 pub use on_one::{EmitterExtent, EmitterOrientation};
 pub use outline::EmitterOutline;
+pub use sky_sampling::{SkySampling, UnknownSkySampling};
 
 use crate::SceneError;
 use crate::surface::offset_along;
@@ -232,7 +234,13 @@ impl Emitters {
     /// Towards an emitter at infinity, by its number among those, that was chosen with
     /// `probability`.
     #[inline(always)]
-    fn sample_infinite(&self, index: usize, probability: f32, u: [f32; 2]) -> Option<EmitterSample> {
+    fn sample_infinite(
+        &self,
+        sky: SkySampling,
+        index: usize,
+        probability: f32,
+        u: [f32; 2],
+    ) -> Option<EmitterSample> {
         let emitter = (self.areas.len() + self.points.len() + index) as u32;
         if let Some(light) = self.directionals.get(index) {
             return Some(EmitterSample {
@@ -244,7 +252,7 @@ impl Emitters {
                 target: None,
             });
         }
-        let (direction, radiance, pdf) = self.environment()?.sample(u)?;
+        let (direction, radiance, pdf) = self.environment()?.sample_by(sky, u)?;
         let pdf = pdf * probability;
         Some(EmitterSample {
             emitter,

@@ -1,7 +1,7 @@
 //! The data of a finite emitter that light samplers use, and samples of a selected one.
 
 use super::area::TriangleEmitter;
-use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, target_on_surface};
+use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, SkySampling, target_on_surface};
 use crate::{SurfacePoint, luminance};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
@@ -124,20 +124,20 @@ impl Emitters {
     /// A direction towards one of the emitters at infinity, which are chosen by `u_select`
     /// uniformly. `None` where there are none, or where nothing comes from there.
     #[inline]
-    pub fn sample_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+    pub fn sample_at_infinity(&self, sky: SkySampling, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         let count = self.infinite_count();
         let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
         (count > 0)
-            .then(|| self.sample_infinite(which, 1.0 / count as f32, u))
+            .then(|| self.sample_infinite(sky, which, 1.0 / count as f32, u))
             .flatten()
     }
 
     /// Density with which [`sample_at_infinity`](Self::sample_at_infinity) chooses `direction`
     /// towards the environment.
     #[inline(always)]
-    pub fn pdf_at_infinity(&self, direction: Vec3) -> Density<SolidAngle> {
+    pub fn pdf_at_infinity(&self, sky: SkySampling, direction: Vec3) -> Density<SolidAngle> {
         match self.environment() {
-            Some(environment) => environment.pdf(direction) * (1.0 / self.infinite_count() as f32),
+            Some(environment) => environment.pdf_by(sky, direction) * (1.0 / self.infinite_count() as f32),
             None => Density::ZERO,
         }
     }

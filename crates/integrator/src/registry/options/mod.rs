@@ -28,6 +28,7 @@ use super::option::{MethodOption, MethodValues, one_of, within};
 use crate::{LightChoosing, MAX_DIRECT_SAMPLES, MixtureSets, PathMapping};
 use lightshed_resampling::PairedPattern;
 use lightshed_sampling::PointSet;
+use lightshed_scene::SkySampling;
 
 /// How emitters are chosen.
 pub const LIGHTS: MethodOption = MethodOption::new(
@@ -36,6 +37,16 @@ pub const LIGHTS: MethodOption = MethodOption::new(
     "",
     |text| one_of(text, &LightChoosing::ALL.map(LightChoosing::name)),
     "How an emitter is chosen; by power and without regard to the point if not given",
+);
+
+/// Which directions towards an environment are sampled.
+pub const SKY: MethodOption = MethodOption::new(
+    "sky",
+    "HOW",
+    "above-mean",
+    |text| one_of(text, &SkySampling::ALL.map(SkySampling::name)),
+    "Which directions towards an environment image samples of emitters take: above-mean, in proportion to what exceeds its \
+     mean, as directions of scattering find the rest, or luminance, in proportion to that",
 );
 
 /// The random numbers of a pixel's samples.
@@ -166,6 +177,17 @@ impl MethodValues {
     /// How emitters are chosen, if not by power.
     pub fn light_choosing(&self) -> Option<LightChoosing> {
         self.get(&LIGHTS)
+    }
+
+    /// Which directions towards an environment are sampled, by methods that take as many directions
+    /// of scattering as samples of emitters.
+    pub fn sky(&self) -> SkySampling {
+        self.sky_given().unwrap_or(SkySampling::AboveMean)
+    }
+
+    /// The same, if told.
+    pub fn sky_given(&self) -> Option<SkySampling> {
+        self.has(&SKY).then(|| self.get(&SKY)).flatten()
     }
 
     /// The random numbers of a pixel's samples: stratified unless told otherwise.
