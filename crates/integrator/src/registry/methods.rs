@@ -135,9 +135,9 @@ pub static METHODS: &[MethodEntry] = &[
         name: "path-reuse",
         help: "Path tracing by tiles of 16 pixels that share their paths",
         capabilities: MethodCapabilities::FRAMES,
-        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
+        options: &[options::LIGHTS, options::SKY, options::POINTS, options::VISIBLE],
         start: |stage, values, _| {
-            let method = PathReuse::new(stage.scene(), any_emitters(stage, values)?);
+            let method = PathReuse::new(stage.scene(), path_emitters(stage, values)?);
             let method = method.with_points(values.points());
             Ok(Started::Frames(match values.visible_emission() {
                 true => Box::new(method.with_visible_emission()),

@@ -1,12 +1,12 @@
 //! Where an environment is sampled above its mean, images stay the same.
 //!
 //! Images are compared by tiles, each channel apart, with seeds of their own. A sound
-//! implementation fails a comparison with probability 1e-5; there are eight.
+//! implementation fails a comparison with probability 1e-5; there are ten.
 
 use crate::rendered::Rendered;
-use lightshed_film::PixelEstimator;
+use lightshed_film::{Film, FrameMethod, PixelEstimator};
 use lightshed_integrator::{
-    DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, PathTracer,
+    DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, PathReuse, PathTracer,
     VolumePathTracer,
 };
 use lightshed_sampling::{Density, SolidAngle};
@@ -17,6 +17,7 @@ use lightshed_scene::{
 };
 use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 const SIGNIFICANCE: f64 = 1e-5;
 const SIZE: [u32; 2] = [32, 32];
@@ -48,12 +49,15 @@ fn surfaces() -> SceneDescription {
 }
 
 fn compare(found: &impl PixelEstimator, expected: &Rendered, samples: u32, seed: u64) -> Result<(), String> {
+    compare_rendered(&Rendered::new(found, SIZE, samples, seed), expected)
+}
+
+fn compare_rendered(found: &Rendered, expected: &Rendered) -> Result<(), String> {
     let options = TileOptions {
         significance: SIGNIFICANCE,
         tile_size: 16,
         ..TileOptions::default()
     };
-    let found = Rendered::new(found, SIZE, samples, seed);
     let report = compare_tiles(&found.moments(), &expected.moments(), &options).map_err(|e| e.to_string())?;
     report.verdict().map_err(|e| e.to_string())
 }
@@ -145,6 +149,39 @@ fn paths_are_the_same() {
         )
     })
     .unwrap();
+}
+
+/// Paths that pixels share; densities of the other way are noticed.
+#[test]
+fn shared_paths_are_the_same() {
+    let mut description = surfaces();
+    description.settings.max_depth = Some(3);
+    let scene = Scene::new(&description).unwrap();
+    let by_power = scene.emitters_by_power();
+    let tracer = PathTracer::new(&scene, by_power);
+    let expected = Rendered::new(&tracer, SIZE, 2048, 1);
+    let above = by_power.with_sky(SkySampling::AboveMean);
+    check_faults(&[true], |fault| match fault {
+        None => compare_frames(PathReuse::new(&scene, above), &expected),
+        Some(_) => compare_frames(PathReuse::new(&scene, WrongDensity(above)), &expected),
+    })
+    .unwrap();
+}
+
+/// 512 frames.
+fn compare_frames(mut method: impl FrameMethod, expected: &Rendered) -> Result<(), String> {
+    let (frames, pixels) = (512, SIZE[0] * SIZE[1]);
+    let mut film = Film::new(SIZE[0], SIZE[1]).unwrap();
+    let mut image = vec![Rgb::ZERO; pixels as usize];
+    for frame in 0..frames {
+        method
+            .render_frame(frame, 7, &mut image, &AtomicBool::new(false))
+            .unwrap();
+        for (place, &value) in (0..).zip(&image) {
+            film.add(place % SIZE[0], place / SIZE[0], value);
+        }
+    }
+    compare_rendered(&Rendered::of(&film, SIZE, frames), expected)
 }
 
 /// Paths through a cloud.

@@ -165,7 +165,7 @@ mod tests {
         for i in 0..4000u16 {
             let d = UniformSphere::sample([f32::from(i) / 4000.0, (f32::from(i) * 0.618_034).fract()]);
             let (above, pdf) = (luminance(d) - mean, environment.pdf_by(SkySampling::AboveMean, d));
-            // Cells are constant in density, not in light: only far from the mean are all of one kind.
+            // Densities are constant in a cell, light is not: only far from the mean they agree.
             if luminance(d) < 0.3 * mean {
                 assert!(!pdf.is_positive(), "{d}: {above}");
                 dim += 1;
