@@ -161,7 +161,7 @@ impl Evaluation<'_> {
                 } else {
                     rng.next_2d()
                 };
-                let by_power = self.volumes.scene.emitters_by_power();
+                let by_power = self.volumes.emitters();
                 let endpoint = by_power.sample_endpoint(walk.vertex.position(), rng.next_u64(), u);
                 let is_last = scattered + 1 == scatterings && !emits_behind;
                 let looks = self.looks_for_emitters(&walk.vertex, is_last);
@@ -200,7 +200,7 @@ impl Evaluation<'_> {
             Vertex::Medium { index, .. } => {
                 !is_last || has_environment || self.volumes.has_lobe[*index as usize]
             }
-            Vertex::Surface { bsdf, .. } => !is_last || !bsdf.is_diffuse(),
+            Vertex::Surface { bsdf, .. } => !is_last || has_environment || !bsdf.is_diffuse(),
         }
     }
 
@@ -224,8 +224,7 @@ impl Evaluation<'_> {
     fn found(&self, walk: &Walk<'_>, endpoint: EmitterEndpoint, pdf_direction: Option<f64>) -> Option<Found> {
         let seen = self
             .volumes
-            .scene
-            .emitters_by_power()
+            .emitters()
             .connect(walk.vertex.position(), &endpoint)?;
         let per_endpoint = f64::from(seen.solid_angle_per_endpoint);
         let part = pdf_direction.map_or(1.0, |pdf| {

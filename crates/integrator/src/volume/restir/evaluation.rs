@@ -89,11 +89,7 @@ impl<'a> Evaluation<'a> {
         endpoint: &EmitterEndpoint,
         transmittance: &mut Transmittance<'_>,
     ) -> Option<Lit> {
-        let connection = self
-            .volumes
-            .scene
-            .emitters_by_power()
-            .connect(vertex.position(), endpoint)?;
+        let connection = self.volumes.emitters().connect(vertex.position(), endpoint)?;
         let per_endpoint = f64::from(connection.solid_angle_per_endpoint);
         let scattered = vertex.scattered(connection.direction);
         let radiance = connection.radiance.as_dvec3() * per_endpoint;

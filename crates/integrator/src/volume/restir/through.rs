@@ -6,7 +6,9 @@ use crate::volume::volpath::{Crossing, MOST_CROSSINGS, end_of};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
 use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};
-use lightshed_scene::{EmitterEndpoint, Material, Medium, MediumDensity, Ray, Scene, SurfacePoint};
+use lightshed_scene::{
+    EmitterEndpoint, EmittersByPower, Material, Medium, MediumDensity, Ray, Scene, SkySampling, SurfacePoint,
+};
 
 /// A scene's media and their coarse copies.
 pub(crate) struct Volumes<'a> {
@@ -79,6 +81,13 @@ pub(crate) fn proposal_extinction(medium: &Medium) -> f32 {
 }
 
 impl<'a> Volumes<'a> {
+    /// The emitters, chosen by power. Walks find the environment, too, so that it is sampled above
+    /// its mean.
+    #[inline]
+    pub fn emitters(&self) -> EmittersByPower<'a> {
+        self.scene.emitters_by_power().with_sky(SkySampling::AboveMean)
+    }
+
     /// With coarse copies up to level `most`.
     pub fn new(scene: &'a Scene, most: u32) -> Self {
         let media = scene.media();
