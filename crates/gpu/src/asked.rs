@@ -39,6 +39,13 @@ pub(crate) enum Asked {
     VplGrid(VplGridOptions),
 }
 
+/// What a method asks for, and how the environment of its scene is sampled.
+#[derive(Clone, Debug)]
+pub(crate) struct Request {
+    pub asked: Asked,
+    pub sky: SkySampling,
+}
+
 type Ask = fn(method: &Method, scene: &Scene) -> Result<Asked, GpuError>;
 
 /// The registry's list of methods on the device.
@@ -139,6 +146,16 @@ fn on_device(name: &str) -> Result<Ask, GpuError> {
 }
 
 impl Asked {
+    /// Whether its directions of scattering find the environment, too, one for each emitter sample.
+    fn finds_environments(&self) -> bool {
+        matches!(
+            self,
+            Self::Paths | Self::GuidedPaths(_) | Self::CachedPaths(_) | Self::VolumePaths
+        )
+    }
+}
+
+impl Request {
     /// What a method asks for in a scene.
     ///
     /// # Errors
@@ -180,18 +197,22 @@ impl Asked {
                 "the device finds visible emission by paths: visible has to be paths",
             ));
         }
-        if values.sky_given() == Some(SkySampling::AboveMean) {
-            return Err(refused(
-                "the device samples environments in proportion to luminance: sky has to be luminance",
-            ));
-        }
+        let sky = match values.sky_given() {
+            _ if asked.finds_environments() => values.sky(),
+            Some(SkySampling::AboveMean) => {
+                return Err(refused(format!(
+                    "{method} samples environments in proportion to luminance on the device: sky has to be luminance",
+                )));
+            }
+            _ => SkySampling::Luminance,
+        };
         let points = values.points_given();
         if points.is_some_and(|points| points.name() != "independent") {
             return Err(refused(
                 "the device draws independent numbers: points has to be independent",
             ));
         }
-        Ok(asked)
+        Ok(Self { asked, sky })
     }
 }
 
@@ -287,11 +308,15 @@ mod tests {
     #[test]
     fn defaults_of_the_processor_are_refused_if_told() {
         let scene = Scene::new(&builtin::cornell()).unwrap();
-        for (option, value) in [("sky", "above-mean"), ("visible", "rays"), ("points", "sobol")] {
-            let mut method = Method::named("path").unwrap();
-            assert!(Asked::of(&method, &scene).is_ok());
+        for (name, option, value) in [
+            ("direct:tree", "sky", "above-mean"),
+            ("path", "visible", "rays"),
+            ("path", "points", "sobol"),
+        ] {
+            let mut method: Method = name.parse().unwrap();
+            assert!(Request::of(&method, &scene).is_ok());
             method.set(option, value).unwrap();
-            let error = Asked::of(&method, &scene).unwrap_err().to_string();
+            let error = Request::of(&method, &scene).unwrap_err().to_string();
             assert!(error.contains(option), "{error}");
         }
     }
@@ -304,7 +329,7 @@ mod tests {
         // Seven scatterings: none of the texts.
         description.settings.max_depth = Some(8);
         let scene = Scene::new(&description).unwrap();
-        let asked = |method: &Method| Asked::of(method, &scene).map(|asked| format!("{asked:?}"));
+        let asked = |method: &Method| Request::of(method, &scene).map(|asked| format!("{asked:?}"));
         let mut honoured = 0;
         for (name, _) in ON_DEVICE {
             let plain = Method::named(name).unwrap();

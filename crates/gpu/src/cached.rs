@@ -48,8 +48,12 @@ impl<'a> GpuCachedPaths<'a> {
             }),
             ..options
         };
-        let host = CachedPaths::new(scene, scene.emitters_by_power(), options)
-            .map_err(|error| GpuError::Settings(error.to_string().into()))?;
+        let host = CachedPaths::new(
+            scene,
+            scene.emitters_by_power().with_sky(on_device.sky()),
+            options,
+        )
+        .map_err(|error| GpuError::Settings(error.to_string().into()))?;
         Ok(Self {
             host,
             device: GpuPathTracer::new(gpu, on_device)?,

@@ -93,6 +93,7 @@ impl<'a> GpuDirectLight<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("direct by lights")?;
         if emitter_samples == 0 || emitter_samples.max(bsdf_samples) > MAX_DIRECT_SAMPLES {
             return Err(GpuError::Settings(
                 format!(

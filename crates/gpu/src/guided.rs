@@ -68,8 +68,12 @@ impl<'a> GpuGuidedPaths<'a> {
             visible_emission: false,
             ..options
         };
-        let host = GuidedPaths::new(scene, scene.emitters_by_power(), options)
-            .map_err(|error| GpuError::Settings(error.to_string().into()))?;
+        let host = GuidedPaths::new(
+            scene,
+            scene.emitters_by_power().with_sky(on_device.sky()),
+            options,
+        )
+        .map_err(|error| GpuError::Settings(error.to_string().into()))?;
         let size = on_device.size();
         Ok(Self {
             host,

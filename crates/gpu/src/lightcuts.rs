@@ -94,6 +94,7 @@ impl<'a> GpuLightcuts<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("lightcuts")?;
         scene.refuse_deltas("lightcuts")?;
         scene.refuse_dielectrics("lightcuts")?;
         check(&options)?;

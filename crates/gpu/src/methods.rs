@@ -1,6 +1,6 @@
 //! The registry's methods on the device.
 
-use crate::asked::Asked;
+use crate::asked::{Asked, Request};
 use crate::{
     Gpu, GpuCachedPaths, GpuDirectLight, GpuError, GpuGuidedPaths, GpuLightcuts, GpuMethod, GpuMixture,
     GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirSuffix, GpuRestirVolume, GpuScene, GpuVolumePathTracer,
@@ -29,11 +29,11 @@ impl<'a> GpuStage<'a> {
     /// among them, and for options that have no effect beside others; other errors for scenes that
     /// it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
-        let asked = Asked::of(method, scene)?;
+        let Request { asked, sky } = Request::of(method, scene)?;
         let on_device = if method.capabilities().media {
-            GpuScene::with_medium(gpu, scene)?
+            GpuScene::with_medium_and_sky(gpu, scene, sky)?
         } else {
-            GpuScene::new(gpu, scene)?
+            GpuScene::with_sky(gpu, scene, sky)?
         };
         Ok(Self {
             gpu,

@@ -108,6 +108,7 @@ impl<'a> GpuMixture<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("mcmm")?;
         let pixels = scene.size().map(u64::from).iter().product::<u64>();
         let states = || gpu.zeros("states", STATE_BYTES * pixels);
         let constants = scene.constants(program, &[]);

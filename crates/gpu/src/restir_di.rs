@@ -106,6 +106,7 @@ impl<'a> GpuRestirDi<'a> {
         [program, world]: [&str; 2],
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("restir-di")?;
         scene.refuse_deltas("restir-di")?;
         scene.refuse_dielectrics("restir-di")?;
         check(&settings)?;

@@ -111,6 +111,7 @@ impl<'a> GpuRestirPt<'a> {
         [program, world]: [&str; 2],
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("restir-pt")?;
         scene.refuse_deltas("restir-pt")?;
         scene.refuse_dielectrics("restir-pt")?;
         let rules = options

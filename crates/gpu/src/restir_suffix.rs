@@ -109,6 +109,7 @@ impl<'a> GpuRestirSuffix<'a> {
         programs: [&str; 2],
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_part_of_a_sky("restir-suffix")?;
         scene.refuse_deltas("restir-suffix")?;
         scene.refuse_dielectrics("restir-suffix")?;
         check(&options)?;

@@ -68,6 +68,7 @@ impl<'a> GpuRestirVolume<'a> {
     ) -> Result<Self, GpuError> {
         let medium = scene.medium().ok_or(GpuError::Medium("there is none"))?;
         check(&options)?;
+        scene.refuse_part_of_a_sky("restir-volume")?;
         scene.refuse_deltas("restir-volume")?;
         scene.refuse_dielectrics("restir-volume")?;
         if let Some(index) = scene.sharp_material() {

@@ -12,7 +12,7 @@ use lightshed_integrator::{WorldReuse, scene_lights};
 use lightshed_lights::LightRecord;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, FlatTexture, RenderSettings, Scene,
+    ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, FlatTexture, RenderSettings, Scene, SkySampling,
 };
 use std::ops::RangeInclusive;
 
@@ -29,6 +29,7 @@ pub struct GpuScene {
     pixel_cells: LevelGridOptions,
     lights: Vec<LightRecord>,
     medium: Option<SceneMedium>,
+    sky: SkySampling,
 }
 
 /// The data of a scene and of the current request for kernels: `settings`.
@@ -98,7 +99,17 @@ impl GpuScene {
     /// [`GpuError::Scene`] for a scene that is no set of triangles with constant materials, see
     /// [`FlatError`](lightshed_scene::FlatError); [`GpuError::TooDeep`]; [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
-        Self::of_flat(gpu, scene, FlatScene::new(scene).map_err(GpuError::Scene)?, None)
+        Self::with_sky(gpu, scene, SkySampling::Luminance)
+    }
+
+    /// [`new`](Self::new) with the environment sampled in this way.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuScene::new`].
+    pub fn with_sky(gpu: &Gpu, scene: &Scene, sky: SkySampling) -> Result<Self, GpuError> {
+        let flat = FlatScene::new(scene).map_err(GpuError::Scene)?;
+        Self::of_flat(gpu, scene, flat, sky, None)
     }
 
     /// Copies a scene with a medium to the device, for the methods that know media: one grey
@@ -109,17 +120,33 @@ impl GpuScene {
     ///
     /// [`GpuError::Medium`] for no medium, several, or others; else as [`GpuScene::new`].
     pub fn with_medium(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+        Self::with_medium_and_sky(gpu, scene, SkySampling::Luminance)
+    }
+
+    /// [`with_medium`](Self::with_medium) with the environment sampled in this way.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuScene::with_medium`].
+    pub fn with_medium_and_sky(gpu: &Gpu, scene: &Scene, sky: SkySampling) -> Result<Self, GpuError> {
         let flat = FlatScene::without_media(scene).map_err(GpuError::Scene)?;
         let medium = SceneMedium::new(gpu, scene, &flat.touching)?;
-        Self::of_flat(gpu, scene, flat, Some(medium))
+        Self::of_flat(gpu, scene, flat, sky, Some(medium))
+    }
+
+    /// How the environment is sampled.
+    pub fn sky(&self) -> SkySampling {
+        self.sky
     }
 
     fn of_flat(
         gpu: &Gpu,
         scene: &Scene,
         flat: FlatScene,
+        sky: SkySampling,
         medium: Option<SceneMedium>,
     ) -> Result<Self, GpuError> {
+        let flat = flat.with_sky(scene, sky);
         let (nodes, slots) = build_tree(&flat);
         let depth = depth_of(&nodes);
         if depth > CWBVH_STACK {
@@ -151,6 +178,7 @@ impl GpuScene {
                 .map(LightRecord::new)
                 .collect(),
             medium,
+            sky,
         })
     }
 
@@ -174,6 +202,16 @@ impl GpuScene {
         match self.medium {
             Some(_) => Err(GpuError::Scene(FlatError::Media)),
             None => Ok(()),
+        }
+    }
+
+    /// Methods that keep emitter samples apart from directions of scattering need all of the sky.
+    pub(crate) fn refuse_part_of_a_sky(&self, name: &str) -> Result<(), GpuError> {
+        match self.sky {
+            SkySampling::Luminance => Ok(()),
+            _ => Err(GpuError::Settings(
+                format!("{name} needs the sky of a scene to be sampled in proportion to luminance").into(),
+            )),
         }
     }
 

@@ -88,15 +88,16 @@ mod tests {
     use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::glam::Vec3;
     use lightshed_scene::{
-        EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, TriangleMesh,
-        builtin,
+        EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, SkySampling,
+        TriangleMesh, builtin,
     };
 
     const SIDE: u32 = 40;
 
     /// Share of the samples that differ from the host's by more than rounding.
     fn unlike(gpu: &Gpu, scene: &Scene, max_depth: u32, program: &str) -> f64 {
-        let on_device = GpuScene::with_medium(gpu, scene).expect("it is flat");
+        let sky = SkySampling::AboveMean;
+        let on_device = GpuScene::with_medium_and_sky(gpu, scene, sky).expect("it is flat");
         let mut device = GpuVolumePathTracer::of_program(gpu, &on_device, Some(max_depth), program)
             .expect("the program is sound");
         assert_eq!(
@@ -104,8 +105,9 @@ mod tests {
             GpuVolumePathTracer::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
         );
         let settings = scene.settings();
-        let host = VolumePathTracer::new(scene, scene.emitters_by_power())
-            .with_depths(Some(max_depth), settings.roulette_depth);
+        let emitters = scene.emitters_by_power().with_sky(sky);
+        let host =
+            VolumePathTracer::new(scene, emitters).with_depths(Some(max_depth), settings.roulette_depth);
         let (mut unlike, mut bits, mut lit) = (0, 0, 0);
         for index in 3..5 {
             let (found, _) = device.frame(index, 11).expect("the device answers");

@@ -109,6 +109,7 @@ impl<'a> GpuVplGrid<'a> {
         [gathering, filtering]: [&str; 2],
     ) -> Result<Self, GpuError> {
         on_device.refuse_media()?;
+        on_device.refuse_part_of_a_sky("vpl-grid")?;
         on_device.refuse_deltas("vpl-grid")?;
         on_device.refuse_dielectrics("vpl-grid")?;
         // The library's own checks.

@@ -11,7 +11,7 @@ use lightshed_scene::import::load;
 use lightshed_scene::{
     Checkerboard, ColorTexture, ConductorIor, EmitterDescription, Filter, FlatError, Geometry, Image,
     ImageTexture, Material, Microfacet, Projection, Rgb, Roughness, Scene, SceneDescription,
-    ShapeDescription, Wrap, builtin,
+    ShapeDescription, SkySampling, Wrap, builtin,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,15 +23,22 @@ fn sized(mut description: SceneDescription, side: u32) -> Scene {
 
 /// Share of the pixels whose sample `index` on the device is not the host's with `depths`: in any
 /// bit where the device and what is asked of it are exact, else by more than a thousandth.
-fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -> f64 {
+fn different(
+    gpu: &Gpu,
+    scene: &Scene,
+    [sky, sky_of_host]: [SkySampling; 2],
+    index: u32,
+    depths: (Option<u32>, u32),
+) -> f64 {
     let has_image = scene
         .emitters()
         .environment()
         .is_some_and(|around| around.constant_radiance().is_none());
-    let flat = GpuScene::new(gpu, scene).expect("the scene is flat");
+    let flat = GpuScene::with_sky(gpu, scene, sky).expect("the scene is flat");
     let mut device = GpuPathTracer::with_depths(gpu, &flat, Some(6), 3).expect("the programs are sound");
     let found = device.sample(index, 7).expect("the device answers");
-    let host = PathTracer::new(scene, scene.emitters_by_power()).with_depths(depths.0, depths.1);
+    let emitters = scene.emitters_by_power().with_sky(sky_of_host);
+    let host = PathTracer::new(scene, emitters).with_depths(depths.0, depths.1);
     let [width, _] = flat.size();
     let mut lit = 0;
     let mut differing = 0;
@@ -67,18 +74,33 @@ fn paths_are_those_of_the_cpu() {
         ("points", lit_by_points()),
         ("glass", glass()),
         ("images", images()),
+        ("under a sky above its mean", under_a_sky()),
     ] {
         let scene = sized(description, 96);
-        let found = different(gpu, &scene, 3, (Some(6), 3));
+        let (above, all) = (SkySampling::AboveMean, SkySampling::Luminance);
+        let is_above = name == "under a sky above its mean";
+        let sky = [if is_above { above } else { all }; 2];
+        let found = different(gpu, &scene, sky, 3, (Some(6), 3));
         println!("{name}: {found}");
         // Directions to an image are the host's to rounding.
-        let allowed = if name == "under a sky" { 0.05 } else { allowed };
+        let allowed = if name.starts_with("under a sky") {
+            0.05
+        } else {
+            allowed
+        };
         assert!(found <= allowed, "{name}: {found} of all paths differ");
+        if is_above {
+            let planted = different(gpu, &scene, [all, above], 3, (Some(6), 3));
+            assert!(
+                planted > 0.2,
+                "{name}: another sampling is not noticed: {planted}"
+            );
+        }
         if name != "many-lights" {
             // Nothing but direct light is seen there by most paths.
-            let planted = different(gpu, &scene, 3, (Some(5), 3));
+            let planted = different(gpu, &scene, sky, 3, (Some(5), 3));
             assert!(planted > 1e-3, "{name}: a shorter path is not noticed: {planted}");
-            let planted = different(gpu, &scene, 3, (Some(6), 2));
+            let planted = different(gpu, &scene, sky, 3, (Some(6), 2));
             assert!(planted > 1e-3, "{name}: roulette is not noticed: {planted}");
         }
     }
@@ -251,11 +273,12 @@ fn paths_in_a_published_hall_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let loaded = load(folder.join("sponza_crytek/scene.xml"), &[]).expect("it is sound");
     let scene = sized(loaded.description, 48);
-    let found = different(gpu, &scene, 3, (Some(6), 3));
+    let sky = [SkySampling::Luminance; 2];
+    let found = different(gpu, &scene, sky, 3, (Some(6), 3));
     println!("{found}");
     let allowed = if gpu.is_exact() { 0.001 } else { 0.05 };
     assert!(found <= allowed, "{found} of all paths differ");
-    let planted = different(gpu, &scene, 3, (Some(3), 3));
+    let planted = different(gpu, &scene, sky, 3, (Some(3), 3));
     println!("planted: {planted}");
     assert!(planted > 0.002, "a shorter path is not noticed: {planted}");
 }

@@ -89,11 +89,12 @@ impl Environment {
         }
     }
 
-    /// The image and its distribution as a shader reads them; `None` where there is no image.
-    pub(crate) fn flat(&self) -> Option<FlatSky> {
+    /// The image and the distribution of this way to sample as a shader reads them; `None` where
+    /// there is no image.
+    pub(crate) fn flat(&self, sky: SkySampling) -> Option<FlatSky> {
         match &self.0 {
             Kind::Constant(_) => None,
-            Kind::Image(image) => Some(image.flat()),
+            Kind::Image(image) => Some(image.flat(image.distribution(sky))),
         }
     }
 
@@ -216,11 +217,11 @@ impl ImageEnvironment {
         }
     }
 
-    fn flat(&self) -> FlatSky {
+    fn flat(&self, distribution: &PiecewiseConstant2d) -> FlatSky {
         let size = [self.image.width(), self.image.height()];
-        let mut words = self.distribution.row_starts().to_vec();
-        words.extend(self.distribution.column_starts());
-        words.extend(self.distribution.last_columns());
+        let mut words = distribution.row_starts().to_vec();
+        words.extend(distribution.column_starts());
+        words.extend(distribution.last_columns());
         for y in 0..size[1] {
             words.extend((0..size[0]).flat_map(|x| self.image.texel(x, y).to_array().map(f32::to_bits)));
         }
@@ -228,7 +229,7 @@ impl ImageEnvironment {
             axes: [self.to_local.x_axis, self.to_local.y_axis, self.to_local.z_axis],
             scale: self.scale,
             size,
-            last_row: self.distribution.last_row(),
+            last_row: distribution.last_row(),
             words,
         }
     }

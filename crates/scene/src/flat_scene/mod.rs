@@ -4,7 +4,7 @@ mod error;
 
 pub use error::FlatError;
 
-use crate::emitter::Environment;
+use crate::emitter::{Environment, SkySampling};
 use crate::scene::TriangleRecord;
 use crate::{FlatCamera, FlatDelta, FlatEmitter, FlatMaterials, FlatSky, Material, Scene};
 use glam::Vec3;
@@ -112,9 +112,19 @@ impl FlatScene {
                 .camera()
                 .flat([scene.settings().width, scene.settings().height]),
             surroundings: constant.unwrap_or(Vec3::ZERO),
-            sky: environment.and_then(Environment::flat),
+            sky: environment.and_then(|environment| environment.flat(SkySampling::Luminance)),
             groups: by_power.group_count(),
         })
+    }
+
+    /// The flat form of `scene` with its environment sampled in this way; by luminance otherwise.
+    #[must_use]
+    pub fn with_sky(self, scene: &Scene, sky: SkySampling) -> Self {
+        let environment = scene.emitters().environment();
+        Self {
+            sky: environment.and_then(|environment| environment.flat(sky)),
+            ..self
+        }
     }
 
     /// Corners of all triangles.
