@@ -193,7 +193,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "densities integrate to one, histograms match them, rays leave and reach surfaces; by the crate's tests",
         "Camera::moved EmitterConnection::chosen_with EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from \
          EmitterSample::chosen_with EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
-         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_pdf_on Emitters::pdf_at_infinity \
+         Emitters::connect Emitters::connect_by Environment::pdf_by Environment::sample_by Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_pdf_on Emitters::pdf_at_infinity \
          Emitters::pdf_on Emitters::radiance Emitters::sample_at_infinity Emitters::sample_on EmittersByPower::connect \
          EmittersByPower::endpoint_probability EmittersByPower::pdf EmittersByPower::pdf_environment EmittersByPower::probability \
          EmittersByPower::sample_endpoint \
