@@ -1,6 +1,7 @@
 //! Features of a scene, so that absent ones can be skipped.
 
 use crate::Scene;
+use crate::material::GlossyRow;
 use glam::Vec2;
 
 /// Features of a scene. Methods check them before they do work for a feature.
@@ -31,6 +32,8 @@ pub struct SceneFeatures {
     pub delta_materials: usize,
     /// Materials with a lobe that is neither that nor diffuse.
     pub glossy_materials: usize,
+    /// Those of them that [`Scene::scatter_glossy`] knows, which shades points eight at a time.
+    pub glossy_in_lanes: usize,
     /// Materials with textures.
     pub textured_materials: usize,
     /// Whether the camera has a lens.
@@ -66,6 +69,7 @@ impl SceneFeatures {
             let roughness = || (0..bsdf.lobe_count()).map(|lobe| bsdf.lobe_roughness(lobe));
             features.delta_materials += usize::from(roughness().any(|r| r == 0.0));
             features.glossy_materials += usize::from(roughness().any(|r| r > 0.0 && r < 1.0));
+            features.glossy_in_lanes += usize::from(GlossyRow::new(material).is_some());
             features.textured_materials += usize::from(!material.is_constant());
         }
         features
@@ -101,7 +105,7 @@ mod tests {
         );
         let glossy = of("cornell-glossy");
         assert_eq!((glossy.glossy_materials, glossy.delta_materials), (4, 0));
-        assert_eq!(glossy.materials, 4);
+        assert_eq!((glossy.materials, glossy.glossy_in_lanes), (4, 4));
         let lights = of("many-lights");
         assert!(lights.tree && lights.area_emitters == 4000);
         let cloud = of("cloud");

@@ -78,6 +78,14 @@ fn paths_of_frame(method: &Method) -> f64 {
     guided.map_or(1.0, |options| GUIDED * f64::from(options.samples))
 }
 
+/// Whether glossy vertices are shaded in lanes: those of plain paths, with emitters by power.
+fn shades_in_lanes(method: &Method) -> bool {
+    let values = method.values();
+    let is_path = matches!(method.name(), "path" | "direct") && values.light_samples() == 1;
+    let is_plain = values.guided_paths().is_none() && values.cache_rule().is_none();
+    is_path && is_plain && values.light_choosing().is_none()
+}
+
 /// What a frame costs at first sight, and what it costs beside its rays; those of paths for methods
 /// that have no row.
 fn measured(method: &Method) -> (f64, [f64; 3]) {
@@ -98,7 +106,7 @@ impl FrameCost {
     pub(super) fn of(method: &Method, features: &SceneFeatures) -> Self {
         let finite = features.area_emitters + features.delta_emitters;
         let (_, beside) = measured(method);
-        let (ray, of_glossy) = ray_cost(features);
+        let (ray, of_glossy) = ray_cost(features, shades_in_lanes(method));
         Self {
             ray: ray + of_glossy,
             scale: ray.max(1.0),
@@ -164,12 +172,14 @@ impl FrameCost {
 mod tests {
     use super::*;
 
-    /// Where lobes are glossy, rays cost more; what methods do beside their rays does not.
+    /// Where lobes are glossy, rays cost more, but not if paths shade them in lanes; what methods do
+    /// beside their rays does not.
     #[test]
     fn glossy_lobes_make_rays_dearer() {
-        let of = |text: &str, glossy_materials: usize| {
+        let of_lanes = |text: &str, glossy_materials: usize, glossy_in_lanes: usize| {
             let mut features = SceneFeatures::default();
             (features.materials, features.glossy_materials) = (4, glossy_materials);
+            features.glossy_in_lanes = glossy_in_lanes;
             let rays = RayCounts {
                 camera: 1,
                 path: 3,
@@ -180,7 +190,12 @@ mod tests {
             let method: Method = text.parse().unwrap();
             FrameCost::of(&method, &features).count(&rays, 1.0)
         };
+        let of = |text: &str, glossy_materials: usize| of_lanes(text, glossy_materials, 0);
         let [diffuse, glossy] = [0, 4].map(|count| of("path", count));
+        assert_eq!(of_lanes("path", 4, 4), diffuse);
+        for alone in ["path:bvh", "path:vmf", "path-reuse", "direct:light-samples=2"] {
+            assert_eq!(of_lanes(alone, 4, 4), of(alone, 4), "{alone}");
+        }
         assert!(
             (diffuse - 3.6).abs() < 1e-9 && (glossy - 13.2).abs() < 1e-9,
             "{diffuse} {glossy}"

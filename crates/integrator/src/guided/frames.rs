@@ -82,7 +82,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         let settings = scene.settings();
         let size = [settings.width, settings.height];
         let pixels = size[0] as usize * size[1] as usize;
-        let (diffuse, glossy) = ray_cost(&SceneFeatures::of(scene));
+        let (diffuse, glossy) = ray_cost(&SceneFeatures::of(scene), false);
         Ok(Self {
             scene,
             sampler,
