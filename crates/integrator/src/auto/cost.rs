@@ -172,8 +172,8 @@ impl FrameCost {
 mod tests {
     use super::*;
 
-    /// Where lobes are glossy, rays cost more, but not if paths shade them in lanes; what methods do
-    /// beside their rays does not.
+    /// Where lobes are glossy, rays cost more, but not if paths shade them in lanes; what methods
+    /// do beside their rays does not.
     #[test]
     fn glossy_lobes_make_rays_dearer() {
         let of_lanes = |text: &str, glossy_materials: usize, glossy_in_lanes: usize| {
