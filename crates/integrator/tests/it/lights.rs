@@ -6,7 +6,7 @@
 //! and as many in the scenes of `LIGHTSHED_SCENES`.
 
 use crate::common::data_folder;
-use crate::rendered::Rendered;
+use crate::rendered::{Rendered, compare};
 use lightshed_film::{Film, FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
     CutTree, DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, LightcutOptions,
@@ -18,12 +18,9 @@ use lightshed_scene::{
     EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, SphereGeometry,
     builtin,
 };
-use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
+use lightshed_testkit::check_faults;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
-
-/// False-positive rate of a comparison.
-const SIGNIFICANCE: f64 = 1e-5;
 
 /// Many lights of all kinds, and a rough conductor among the occluders.
 fn mixed_lights() -> SceneDescription {
@@ -68,16 +65,6 @@ fn tile_size(choosing: LightChoosing, size: [u32; 2]) -> usize {
         LightChoosing::Uniform | LightChoosing::TwoLevel => size[0].max(size[1]) as usize,
         _ => 16,
     }
-}
-
-fn compare(found: &Rendered, expected: &Rendered, tile_size: usize) -> Result<(), String> {
-    let options = TileOptions {
-        significance: SIGNIFICANCE,
-        tile_size,
-        ..TileOptions::default()
-    };
-    let report = compare_tiles(&found.moments(), &expected.moments(), &options).map_err(|e| e.to_string())?;
-    report.verdict().map_err(|e| e.to_string())
 }
 
 /// Leaves out pixels that see more than the sky: where a small emitter is met by one camera ray in

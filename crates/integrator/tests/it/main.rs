@@ -11,6 +11,7 @@ mod guides;
 mod light_caches;
 mod lights;
 mod mirrors;
+mod misstated;
 mod references;
 mod rendered;
 mod shifts;

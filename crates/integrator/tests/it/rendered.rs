@@ -1,7 +1,7 @@
 //! A rendering as the image comparisons of the testkit want it.
 
 use lightshed_film::{Budget, Film, PixelEstimator, RenderOptions, render};
-use lightshed_testkit::ImageMoments;
+use lightshed_testkit::{ImageMoments, TileOptions, compare_tiles};
 use std::sync::atomic::AtomicBool;
 
 /// Means of pixels, rows after each other from the top, channels interleaved, and the variances of
@@ -57,4 +57,18 @@ impl Rendered {
             samples_per_pixel: self.samples_per_pixel,
         }
     }
+}
+
+/// False-positive rate of a comparison.
+const SIGNIFICANCE: f64 = 1e-5;
+
+/// Whether the tiles of two images agree, each channel apart.
+pub fn compare(found: &Rendered, expected: &Rendered, tile_size: usize) -> Result<(), String> {
+    let options = TileOptions {
+        significance: SIGNIFICANCE,
+        tile_size,
+        ..TileOptions::default()
+    };
+    let report = compare_tiles(&found.moments(), &expected.moments(), &options).map_err(|e| e.to_string())?;
+    report.verdict().map_err(|e| e.to_string())
 }

@@ -3,24 +3,23 @@
 //! Images are compared by tiles, each channel apart, with seeds of their own. A sound
 //! implementation fails a comparison with probability 1e-5; there are ten.
 
-use crate::rendered::Rendered;
-use lightshed_film::{Film, FrameMethod, PixelEstimator};
+use crate::misstated::Misstated;
+use crate::rendered::{Rendered, compare};
+use lightshed_film::{Budget, FrameMethod, PixelEstimator, RenderOptions, render_frames};
 use lightshed_integrator::{
-    DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, PathReuse, PathTracer,
-    VolumePathTracer,
+    DirectLight, DirectLightOptions, LightChoosing, LightSelection, PathReuse, PathTracer, VolumePathTracer,
 };
-use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
-    EmitterConnection, EmitterDescription, EmitterEndpoint, EmitterSample, EmittersByPower, EnvironmentMap,
-    Image, Rgb, Scene, SceneDescription, SkySampling, SurfacePoint, builtin,
+    EmitterDescription, EmittersByPower, EnvironmentMap, Image, Rgb, Scene, SceneDescription, SkySampling,
+    builtin,
 };
-use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
+use lightshed_testkit::check_faults;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-const SIGNIFICANCE: f64 = 1e-5;
 const SIZE: [u32; 2] = [32, 32];
+const TILE: usize = 16;
 
 /// A blue sky with a warm sun, over a dark ground.
 fn sky() -> EmitterDescription {
@@ -48,100 +47,57 @@ fn surfaces() -> SceneDescription {
     scene
 }
 
-fn compare(found: &impl PixelEstimator, expected: &Rendered, samples: u32, seed: u64) -> Result<(), String> {
-    compare_rendered(&Rendered::new(found, SIZE, samples, seed), expected)
-}
-
-fn compare_rendered(found: &Rendered, expected: &Rendered) -> Result<(), String> {
-    let options = TileOptions {
-        significance: SIGNIFICANCE,
-        tile_size: 16,
-        ..TileOptions::default()
-    };
-    let report = compare_tiles(&found.moments(), &expected.moments(), &options).map_err(|e| e.to_string())?;
-    report.verdict().map_err(|e| e.to_string())
+fn agrees(found: &impl PixelEstimator, expected: &Rendered, samples: u32, seed: u64) -> Result<(), String> {
+    compare(&Rendered::new(found, SIZE, samples, seed), expected, TILE)
 }
 
 /// Samples above the mean, and says that directions of scattering compete with samples in
 /// proportion to luminance.
-struct WrongDensity<'a>(EmittersByPower<'a>);
-
-impl EmitterSampler for WrongDensity<'_> {
-    type Site = ();
-
-    fn site(&self, _: impl FnOnce() -> lightshed_lights::ShadingPoint) {}
-
-    fn sample(&self, from: Vec3, (): &(), u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
-        self.0.sample(from, u_select, u)
+fn wrong_density<'a, 'b>([above, all]: &'a [EmittersByPower<'b>; 2]) -> Misstated<'a, EmittersByPower<'b>> {
+    Misstated {
+        environment_of: all,
+        ..Misstated::nothing(above)
     }
+}
 
-    fn pdf(&self, from: Vec3, (): &(), point: &SurfacePoint) -> Density<SolidAngle> {
-        self.0.pdf(from, point)
-    }
-
-    fn pdf_environment(&self, _: Vec3, (): &(), direction: Vec3) -> Density<SolidAngle> {
-        self.0.with_sky(SkySampling::Luminance).pdf_environment(direction)
-    }
-
-    fn sample_endpoint(
-        &self,
-        from: Vec3,
-        (): &(),
-        u_select: u64,
-        u: [f32; 2],
-    ) -> Option<(EmitterEndpoint, f32)> {
-        EmitterSampler::sample_endpoint(&self.0, from, &(), u_select, u)
-    }
-
-    fn endpoint_pdf(&self, from: Vec3, (): &(), point: &SurfacePoint) -> Density<SolidAngle> {
-        EmitterSampler::endpoint_pdf(&self.0, from, &(), point)
-    }
-
-    fn endpoint_probability(&self, from: Vec3, (): &(), endpoint: &EmitterEndpoint) -> f32 {
-        EmitterSampler::endpoint_probability(&self.0, from, &(), endpoint)
-    }
-
-    fn connect_chosen(
-        &self,
-        from: Vec3,
-        endpoint: &EmitterEndpoint,
-        probability: f32,
-    ) -> Option<EmitterConnection> {
-        self.0.connect_chosen(from, endpoint, probability)
-    }
+/// The emitters by power with the sky sampled above its mean, and in proportion to luminance.
+fn both_ways(scene: &Scene) -> [EmittersByPower<'_>; 2] {
+    let all = scene.emitters_by_power();
+    [all.with_sky(SkySampling::AboveMean), all]
 }
 
 /// Paths and direct light, by power and by a tree; densities of the other way are noticed.
 #[test]
 fn paths_are_the_same() {
     let scene = Scene::new(&surfaces()).unwrap();
-    let by_power = scene.emitters_by_power().with_sky(SkySampling::AboveMean);
+    let both = both_ways(&scene);
+    let [by_power, all] = both;
     let by_tree = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
     let by_tree = by_tree.with_sky(SkySampling::AboveMean);
     let image = |depth| {
-        let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(depth), 4);
+        let tracer = PathTracer::new(&scene, all).with_depths(Some(depth), 4);
         Rendered::new(&tracer, SIZE, 2048, 1)
     };
     let (direct, paths) = (image(2), image(5));
     let tracer = |depth| PathTracer::new(&scene, by_power).with_depths(Some(depth), 4);
     check_faults(&[true], |fault| match fault {
-        None => compare(&tracer(2), &direct, 2048, 2),
+        None => agrees(&tracer(2), &direct, 2048, 2),
         Some(_) => {
-            let tracer = PathTracer::new(&scene, WrongDensity(by_power)).with_depths(Some(2), 4);
-            compare(&tracer, &direct, 2048, 2)
+            let tracer = PathTracer::new(&scene, wrong_density(&both)).with_depths(Some(2), 4);
+            agrees(&tracer, &direct, 2048, 2)
         }
     })
     .unwrap();
-    compare(&tracer(5), &paths, 2048, 3).unwrap();
+    agrees(&tracer(5), &paths, 2048, 3).unwrap();
     let tracer = PathTracer::new(&scene, &by_tree).with_depths(Some(5), 4);
-    compare(&tracer, &paths, 2048, 4).unwrap();
+    agrees(&tracer, &paths, 2048, 4).unwrap();
     // Without directions of scattering something is missing.
     check_faults(&[0], |fault| {
         let options = match fault {
             Some(bsdf_samples) => DirectLightOptions::samples(2, bsdf_samples),
             None => DirectLightOptions::samples(2, 1),
         };
-        compare(
+        agrees(
             &DirectLight::new(&scene, by_power, options).unwrap(),
             &direct,
             1024,
@@ -157,31 +113,23 @@ fn shared_paths_are_the_same() {
     let mut description = surfaces();
     description.settings.max_depth = Some(3);
     let scene = Scene::new(&description).unwrap();
-    let by_power = scene.emitters_by_power();
-    let tracer = PathTracer::new(&scene, by_power);
-    let expected = Rendered::new(&tracer, SIZE, 2048, 1);
-    let above = by_power.with_sky(SkySampling::AboveMean);
+    let both = both_ways(&scene);
+    let [above, all] = both;
+    let expected = Rendered::new(&PathTracer::new(&scene, all), SIZE, 2048, 1);
     check_faults(&[true], |fault| match fault {
         None => compare_frames(PathReuse::new(&scene, above), &expected),
-        Some(_) => compare_frames(PathReuse::new(&scene, WrongDensity(above)), &expected),
+        Some(_) => compare_frames(PathReuse::new(&scene, wrong_density(&both)), &expected),
     })
     .unwrap();
 }
 
 /// 512 frames.
 fn compare_frames(mut method: impl FrameMethod, expected: &Rendered) -> Result<(), String> {
-    let (frames, pixels) = (512, SIZE[0] * SIZE[1]);
-    let mut film = Film::new(SIZE[0], SIZE[1]).unwrap();
-    let mut image = vec![Rgb::ZERO; pixels as usize];
-    for frame in 0..frames {
-        method
-            .render_frame(frame, 7, &mut image, &AtomicBool::new(false))
-            .unwrap();
-        for (place, &value) in (0..).zip(&image) {
-            film.add(place % SIZE[0], place / SIZE[0], value);
-        }
-    }
-    compare_rendered(&Rendered::of(&film, SIZE, frames), expected)
+    let frames = 512;
+    let mut options = RenderOptions::new(SIZE[0], SIZE[1], Budget::Samples(frames));
+    options.seed = 7;
+    let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap();
+    compare(&Rendered::of(&outcome.film, SIZE, frames), expected, TILE)
 }
 
 /// Paths through a cloud.
@@ -191,13 +139,14 @@ fn paths_through_media_are_the_same() {
     [description.settings.width, description.settings.height] = SIZE;
     let scene = Scene::new(&description).unwrap();
     let tracer = |emitters| VolumePathTracer::new(&scene, emitters).with_depths(Some(4), u32::MAX);
-    let expected = Rendered::new(&tracer(scene.emitters_by_power()), SIZE, 1024, 1);
-    let above = scene.emitters_by_power().with_sky(SkySampling::AboveMean);
+    let both = both_ways(&scene);
+    let [above, all] = both;
+    let expected = Rendered::new(&tracer(all), SIZE, 1024, 1);
     check_faults(&[true], |fault| match fault {
-        None => compare(&tracer(above), &expected, 1024, 2),
+        None => agrees(&tracer(above), &expected, 1024, 2),
         Some(_) => {
-            let tracer = VolumePathTracer::new(&scene, WrongDensity(above)).with_depths(Some(4), u32::MAX);
-            compare(&tracer, &expected, 1024, 2)
+            let tracer = VolumePathTracer::new(&scene, wrong_density(&both)).with_depths(Some(4), u32::MAX);
+            agrees(&tracer, &expected, 1024, 2)
         }
     })
     .unwrap();

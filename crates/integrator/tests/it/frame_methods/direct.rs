@@ -2,14 +2,14 @@
 
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter, small};
+use crate::misstated::Misstated;
 use lightshed_integrator::{
-    CameraMotion, DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, RestirDi,
-    RestirDiError, RestirDiSettings,
+    CameraMotion, DirectLight, DirectLightOptions, LightChoosing, LightSelection, RestirDi, RestirDiError,
+    RestirDiSettings,
 };
-use lightshed_lights::ShadingPoint;
-use lightshed_sampling::{Density, PointSet, SolidAngle};
+use lightshed_sampling::PointSet;
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{EmitterConnection, EmitterEndpoint, EmitterSample, Scene, SurfacePoint, builtin};
+use lightshed_scene::{Scene, builtin};
 use lightshed_testkit::check_faults;
 
 /// Cheap enough for a test, with every kind of reuse.
@@ -29,59 +29,6 @@ pub fn truth(scene: &Scene, images: u32) -> Ensemble {
         16,
         images,
     )
-}
-
-/// Candidates whose probability is stated wrong by a factor, and whose numbers for the choice of an
-/// emitter are cut to multiples.
-struct Misstated<'a, S>(&'a S, f32, u64);
-
-impl<S: EmitterSampler> EmitterSampler for Misstated<'_, S> {
-    type Site = S::Site;
-
-    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> S::Site {
-        self.0.site(at)
-    }
-
-    fn sample(&self, from: Vec3, site: &S::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
-        self.0.sample(from, site, u_select, u)
-    }
-
-    fn pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
-        self.0.pdf(from, site, point)
-    }
-
-    fn pdf_environment(&self, from: Vec3, site: &S::Site, direction: Vec3) -> Density<SolidAngle> {
-        self.0.pdf_environment(from, site, direction)
-    }
-
-    fn sample_endpoint(
-        &self,
-        from: Vec3,
-        site: &S::Site,
-        u_select: u64,
-        u: [f32; 2],
-    ) -> Option<(EmitterEndpoint, f32)> {
-        self.0
-            .sample_endpoint(from, site, u_select - u_select % self.2, u)
-    }
-
-    fn endpoint_pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
-        self.0.endpoint_pdf(from, site, point)
-    }
-
-    fn endpoint_probability(&self, from: Vec3, site: &S::Site, endpoint: &EmitterEndpoint) -> f32 {
-        self.0.endpoint_probability(from, site, endpoint)
-    }
-
-    fn connect_chosen(
-        &self,
-        from: Vec3,
-        endpoint: &EmitterEndpoint,
-        probability: f32,
-    ) -> Option<EmitterConnection> {
-        let connection = self.0.connect_chosen(from, endpoint, probability)?;
-        Some(connection.chosen_with(self.1))
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,7 +75,11 @@ fn stratified_candidates_agree_with_direct_light() {
                 Some(LatticeFault::Density) => (1.05, 1),
                 Some(LatticeFault::NotShifted) => (1.0, u64::MAX / 3 + 1),
             };
-            let sampler = Misstated(&by_power, factor, step);
+            let sampler = Misstated {
+                factor,
+                step,
+                ..Misstated::nothing(&by_power)
+            };
             let make = || RestirDi::new(&scene, &sampler, settings).unwrap();
             let agreement = Ensemble::of_chains(make, 1..4, 90, 1).compare(&truth);
             println!("{points:?}, {fault:?}: {agreement:?}");
@@ -156,7 +107,10 @@ fn frames_agree_with_direct_light() {
             settings.biased = fault == Some(Fault::Biased);
             let frames = if fault == Some(Fault::Density) {
                 let by_power = scene.emitters_by_power();
-                let sampler = Misstated(&by_power, 1.05, 1);
+                let sampler = Misstated {
+                    factor: 1.05,
+                    ..Misstated::nothing(&by_power)
+                };
                 let make = || RestirDi::new(&scene, &sampler, settings).unwrap();
                 Ensemble::of_chains(make, 1..4, chains, 1)
             } else {
@@ -185,7 +139,10 @@ fn candidates_of_light_samplers_agree_with_direct_light() {
             &[]
         };
         check_faults(faults, |fault| {
-            let sampler = Misstated(&selection, if fault.is_some() { 1.1 } else { 1.0 }, 1);
+            let sampler = Misstated {
+                factor: if fault.is_some() { 1.1 } else { 1.0 },
+                ..Misstated::nothing(&selection)
+            };
             let make = || RestirDi::new(&scene, &sampler, settings()).unwrap();
             let agreement = Ensemble::of_chains(make, 1..4, 60, 1).compare(&truth);
             println!("{}, {fault:?}: {agreement:?}", choosing.name());
