@@ -33,6 +33,7 @@ mod direct;
 mod emitter_sampler;
 mod guided;
 mod guided_lobes;
+mod light_choosing;
 mod light_selection;
 mod light_training;
 mod mixture;
@@ -65,7 +66,8 @@ pub use guided::{
     FieldDirections, FieldRecorder, GuideError, GuideKind, GuidedHalf, GuidedPaths, GuidedPathsOptions,
     SceneField, UnknownGuide, guide_need,
 };
-pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
+pub use light_choosing::{LightChoosing, UnknownLightChoosing};
+pub use light_selection::{LightSelection, scene_lights, shading_point};
 pub use lightshed_caching as caching;
 pub use lightshed_film as film;
 pub use lightshed_guiding as guiding;

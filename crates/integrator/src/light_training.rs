@@ -1,6 +1,7 @@
 //! Paths that train a light cache.
 
-use crate::light_selection::{LightChoosing, LightSelection};
+use crate::light_choosing::LightChoosing;
+use crate::light_selection::LightSelection;
 use crate::path::PathTracer;
 use crate::path::observer::{ObservedPath, PathObserver};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
