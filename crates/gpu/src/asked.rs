@@ -197,15 +197,16 @@ impl Request {
                 "the device finds visible emission by paths: visible has to be paths",
             ));
         }
-        let sky = match values.sky_given() {
-            _ if asked.finds_environments() => values.sky(),
-            Some(SkySampling::AboveMean) => {
-                return Err(refused(format!(
-                    "{method} samples environments in proportion to luminance on the device: sky has to be luminance",
-                )));
-            }
-            _ => SkySampling::Luminance,
+        let sky = if asked.finds_environments() {
+            values.sky()
+        } else {
+            values.sky_given().unwrap_or_default()
         };
+        if sky != SkySampling::Luminance && !asked.finds_environments() {
+            return Err(refused(format!(
+                "{method} samples environments in proportion to luminance on the device: sky has to be luminance",
+            )));
+        }
         let points = values.points_given();
         if points.is_some_and(|points| points.name() != "independent") {
             return Err(refused(

@@ -108,7 +108,7 @@ impl GpuScene {
     ///
     /// As [`GpuScene::new`].
     pub fn with_sky(gpu: &Gpu, scene: &Scene, sky: SkySampling) -> Result<Self, GpuError> {
-        let flat = FlatScene::new(scene).map_err(GpuError::Scene)?;
+        let flat = FlatScene::new(scene, sky).map_err(GpuError::Scene)?;
         Self::of_flat(gpu, scene, flat, sky, None)
     }
 
@@ -129,7 +129,7 @@ impl GpuScene {
     ///
     /// As [`GpuScene::with_medium`].
     pub fn with_medium_and_sky(gpu: &Gpu, scene: &Scene, sky: SkySampling) -> Result<Self, GpuError> {
-        let flat = FlatScene::without_media(scene).map_err(GpuError::Scene)?;
+        let flat = FlatScene::without_media(scene, sky).map_err(GpuError::Scene)?;
         let medium = SceneMedium::new(gpu, scene, &flat.touching)?;
         Self::of_flat(gpu, scene, flat, sky, Some(medium))
     }
@@ -146,7 +146,6 @@ impl GpuScene {
         sky: SkySampling,
         medium: Option<SceneMedium>,
     ) -> Result<Self, GpuError> {
-        let flat = flat.with_sky(scene, sky);
         let (nodes, slots) = build_tree(&flat);
         let depth = depth_of(&nodes);
         if depth > CWBVH_STACK {

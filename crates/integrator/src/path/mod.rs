@@ -475,7 +475,7 @@ mod tests {
         scene
     }
 
-    /// Paths in company against paths alone, bit for bit, on all kinds of lanes, in batches of
+    /// Paths in batches against paths alone, bit for bit, on all kinds of lanes, in batches of
     /// every size up to the full one.
     #[test]
     fn a_path_does_not_depend_on_its_batch() {

@@ -43,8 +43,8 @@ impl<L: Lanes> GgxLanes<L> {
         (L::splat(2.0) * z / (z + length)).select(zero.less(length), zero)
     }
 
-    /// Density of
-    /// [`sample_visible_normal`](Self::sample_visible_normal) per solid angle of the normal.
+    /// Density with which [`sample_visible_normal`](Self::sample_visible_normal) chooses `normal`,
+    /// per solid angle.
     #[inline(always)]
     pub fn visible_normal_density(&self, view: Vec3Lanes<L>, normal: Vec3Lanes<L>) -> L {
         let zero = L::splat(0.0);

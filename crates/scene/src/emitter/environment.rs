@@ -60,14 +60,14 @@ impl Environment {
                 check_rgb(image.texel(x, y))?;
             }
         }
-        let weights = cell_weights(image, 0.0);
+        let (weights, mean) = cell_weights(image, 0.0);
         if *scale == 0.0 || weights.iter().all(|&weight| weight == 0.0) {
             return Ok(None);
         }
         let distribution = PiecewiseConstant2d::new(&weights, width as usize)
             .map_err(|_| "its image is too large or too bright")?;
         // A constant image exceeds its mean by rounding at most, and nothing is sampled by that.
-        let above = cell_weights(image, mean_luminance(image) * (1.0 + 1e-6));
+        let (above, _) = cell_weights(image, mean * (1.0 + 1e-6));
         let above_mean = PiecewiseConstant2d::new(&above, width as usize).ok();
         let to_local = to_world.transpose();
         let image = Arc::clone(image);
@@ -167,45 +167,32 @@ fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
     [(column, row), (right, row), (column, below), (right, below)].map(|(x, y)| image.texel(x, y))
 }
 
-/// Solid angle of a cell in this row of so many, over that of one at the equator.
-fn sin_theta_of(row: u32, rows: u32) -> f64 {
-    ((f64::from(row) + 0.5) / f64::from(rows) * std::f64::consts::PI).sin()
-}
-
 /// Number of rows of cells.
 fn row_count(image: &Image) -> u32 {
     image.height().max(2) - 1
 }
 
-/// Luminance of the corners of a cell, in the mean.
-fn cell_luminance(image: &Image, column: u32, row: u32) -> f64 {
-    let corners = cell_corners(image, column, row);
-    corners.map(luminance_f64).iter().sum::<f64>() / 4.0
-}
-
-/// What the luminance of each cell exceeds `least` by, times `sin θ`, row by row.
-fn cell_weights(image: &Image, least: f64) -> Vec<f32> {
+/// What the luminance of each cell exceeds `least` by, times `sin θ`, row by row; and the mean of
+/// that excess over all directions.
+fn cell_weights(image: &Image, least: f64) -> (Vec<f32>, f64) {
     let (width, rows) = (image.width(), row_count(image));
     let mut weights = Vec::with_capacity(width as usize * rows as usize);
-    for row in 0..rows {
-        let sin_theta = sin_theta_of(row, rows);
-        let above = |column| (cell_luminance(image, column, row) - least).max(0.0);
-        weights.extend((0..width).map(|column| (above(column) * sin_theta) as f32));
-    }
-    weights
-}
-
-/// Luminance over all directions, in the mean.
-fn mean_luminance(image: &Image) -> f64 {
-    let (width, rows) = (image.width(), row_count(image));
     let (mut sum, mut solid_angle) = (0.0, 0.0);
     for row in 0..rows {
-        let sin_theta = sin_theta_of(row, rows);
-        let of_row: f64 = (0..width).map(|column| cell_luminance(image, column, row)).sum();
+        // Solid angle of a cell in this row, over that of one at the equator.
+        let sin_theta = ((f64::from(row) + 0.5) / f64::from(rows) * std::f64::consts::PI).sin();
+        let mut of_row = 0.0;
+        for column in 0..width {
+            let corners = cell_corners(image, column, row);
+            let luminance = corners.map(luminance_f64).iter().sum::<f64>() / 4.0;
+            let excess = (luminance - least).max(0.0);
+            weights.push((excess * sin_theta) as f32);
+            of_row += excess;
+        }
         sum += of_row * sin_theta;
         solid_angle += f64::from(width) * sin_theta;
     }
-    sum / solid_angle
+    (weights, sum / solid_angle)
 }
 
 impl ImageEnvironment {

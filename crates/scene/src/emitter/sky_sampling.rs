@@ -58,12 +58,12 @@ impl FromStr for SkySampling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emitter::tests::scene;
+    use crate::emitter::tests::{integral, scene};
     use crate::{EmitterDescription, EmitterEndpoint, Environment, EnvironmentMap, Image, Rgb};
-    use glam::{Affine3A, DVec3, Quat, Vec3};
+    use glam::{Affine3A, Quat, Vec3};
     use lightshed_sampling::UniformSphere;
     use lightshed_testkit::check_faults;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
     use std::sync::Arc;
 
     /// A turned sky with a sun, a bright half and a dim half, of which some is black.
@@ -80,22 +80,6 @@ mod tests {
             scale: 1.5,
             to_world: Affine3A::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_y(-1.9)),
         })
-    }
-
-    /// The integral over the sphere by the midpoint rule over θ and φ.
-    fn integral(f: impl Fn(Vec3) -> f64) -> f64 {
-        let (rows, columns) = (720, 1440);
-        let mut sum = 0.0;
-        for row in 0..rows {
-            let theta = PI * (f64::from(row) + 0.5) / f64::from(rows);
-            let solid_angle = theta.sin() * (PI / f64::from(rows)) * (TAU / f64::from(columns));
-            for column in 0..columns {
-                let phi = TAU * (f64::from(column) + 0.5) / f64::from(columns);
-                let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-                sum += f(d.as_vec3()) * solid_angle;
-            }
-        }
-        sum
     }
 
     fn near(name: &str, found: f64, expected: f64, tolerance: f64) -> Result<(), String> {

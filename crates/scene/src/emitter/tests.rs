@@ -51,6 +51,22 @@ pub(super) fn sphere(center: Vec3, radius: f32, flip_normals: bool) -> Geometry 
     })
 }
 
+/// The integral over the sphere of directions, by the midpoint rule over θ and φ.
+pub(super) fn integral(f: impl Fn(Vec3) -> f64) -> f64 {
+    let (rows, columns) = (720, 1440);
+    let mut sum = 0.0;
+    for row in 0..rows {
+        let theta = PI * (f64::from(row) + 0.5) / f64::from(rows);
+        let solid_angle = theta.sin() * (PI / f64::from(rows)) * (TAU / f64::from(columns));
+        for column in 0..columns {
+            let phi = TAU * (f64::from(column) + 0.5) / f64::from(columns);
+            let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            sum += f(d.as_vec3()) * solid_angle;
+        }
+    }
+    sum
+}
+
 /// Irradiance (of red) on a surface at `from` with normal `normal`, from `strata` × 64 × 64
 /// samples.
 fn irradiance(scene: &Scene, from: Vec3, normal: Vec3, strata: u64) -> f64 {
@@ -250,19 +266,8 @@ fn environment_images_give_the_irradiance_of_a_quadrature() {
     let scene = scene(vec![], vec![EmitterDescription::Environment(map)]);
     let environment = scene.emitters().environment().unwrap();
     let normal = Vec3::new(0.3, 0.8, -0.5).normalize();
-    // Midpoint rule over θ and φ.
-    let (rows, columns) = (720, 1440);
-    let (mut expected, mut total_pdf) = (0.0, 0.0);
-    for row in 0..rows {
-        let theta = PI * (f64::from(row) + 0.5) / f64::from(rows);
-        let solid_angle = theta.sin() * (PI / f64::from(rows)) * (TAU / f64::from(columns));
-        for column in 0..columns {
-            let phi = TAU * (f64::from(column) + 0.5) / f64::from(columns);
-            let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()).as_vec3();
-            expected += f64::from(environment.radiance(d).x * d.dot(normal).max(0.0)) * solid_angle;
-            total_pdf += f64::from(environment.pdf(d).value()) * solid_angle;
-        }
-    }
+    let expected = integral(|d| f64::from(environment.radiance(d).x * d.dot(normal).max(0.0)));
+    let total_pdf = integral(|d| f64::from(environment.pdf(d).value()));
     assert_close(total_pdf, 1.0, 2e-3);
     assert_close(irradiance(&scene, Vec3::ZERO, normal, 1), expected, 1e-2);
     for _ in 0..10_000 {

@@ -53,16 +53,18 @@ pub type FlatTriangle = TriangleRecord;
 const _: () = assert!(size_of::<FlatTriangle>() == 64);
 
 impl FlatScene {
+    /// The flat form of a scene, with the image of its environment sampled in this way.
+    ///
     /// # Errors
     ///
     /// [`FlatError`], for what has no flat form.
-    pub fn new(scene: &Scene) -> Result<Self, FlatError> {
+    pub fn new(scene: &Scene, sky: SkySampling) -> Result<Self, FlatError> {
         if !scene.media().is_empty() {
             return Err(FlatError::Media);
         }
         match scene.materials().iter().position(|m| matches!(m, Material::Null)) {
             Some(passed) => Err(FlatError::Material(passed)),
-            None => Self::without_media(scene),
+            None => Self::without_media(scene, sky),
         }
     }
 
@@ -71,7 +73,7 @@ impl FlatScene {
     /// # Errors
     ///
     /// [`FlatError`], for what else has no flat form.
-    pub fn without_media(scene: &Scene) -> Result<Self, FlatError> {
+    pub fn without_media(scene: &Scene, sky: SkySampling) -> Result<Self, FlatError> {
         if scene.sphere_count() > 0 {
             return Err(FlatError::Spheres);
         }
@@ -112,19 +114,9 @@ impl FlatScene {
                 .camera()
                 .flat([scene.settings().width, scene.settings().height]),
             surroundings: constant.unwrap_or(Vec3::ZERO),
-            sky: environment.and_then(|environment| environment.flat(SkySampling::Luminance)),
+            sky: environment.and_then(|environment| environment.flat(sky)),
             groups: by_power.group_count(),
         })
-    }
-
-    /// The flat form of `scene` with its environment sampled in this way; by luminance otherwise.
-    #[must_use]
-    pub fn with_sky(self, scene: &Scene, sky: SkySampling) -> Self {
-        let environment = scene.emitters().environment();
-        Self {
-            sky: environment.and_then(|environment| environment.flat(sky)),
-            ..self
-        }
     }
 
     /// Corners of all triangles.

@@ -3,7 +3,7 @@
 use crate::tests::parity::harness::{COUNT, Shader, Tier, compare, gpu, held};
 use glam::Vec3;
 use lightshed_sampling::CounterRng;
-use lightshed_scene::{EmitterDescription, FlatScene, Rgb, Scene, SceneDescription, builtin};
+use lightshed_scene::{EmitterDescription, FlatScene, Rgb, Scene, SceneDescription, SkySampling, builtin};
 
 /// A lamp, points, spots whose light falls off and one whose does not, and directions; all around a
 /// constant light.
@@ -68,7 +68,7 @@ type Outputs = [u32; 10];
 fn emitters_are_sampled_alike() {
     let Some(device) = gpu() else { return };
     let scene = Scene::new(&lamps()).expect("it is sound");
-    let flat = FlatScene::new(&scene).expect("it is flat");
+    let flat = FlatScene::new(&scene, SkySampling::Luminance).expect("it is flat");
     let triangles = flat.emitters.len() as u32;
     let about = [
         flat.groups,

@@ -5,7 +5,7 @@ use crate::tests::parity::harness::{Shader, Tier, check};
 use crate::tests::support::exact_gpu;
 use glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
-use lightshed_scene::{Ray, Scene, builtin, intersect_triangle};
+use lightshed_scene::{Ray, Scene, SkySampling, builtin, intersect_triangle};
 
 /// The nearest hit by testing all triangles; of those at the same distance, that of the lowest
 /// number.
@@ -63,7 +63,7 @@ fn hits_are_those_of_a_test_of_all_triangles() {
         ("many-lights", builtin::many_lights()),
     ] {
         let scene = Scene::new(&description).expect("built-in scenes are sound");
-        let flat = lightshed_scene::FlatScene::new(&scene).expect("it is flat");
+        let flat = lightshed_scene::FlatScene::new(&scene, SkySampling::Luminance).expect("it is flat");
         let corners: Vec<[Vec3; 3]> = flat.corners().collect();
         let on_device = match exact_gpu() {
             Some(gpu) => GpuScene::new(gpu, &scene).expect("it is flat"),

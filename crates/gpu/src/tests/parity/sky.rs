@@ -6,8 +6,8 @@ use crate::{Buffer, Gpu};
 use glam::{Affine3A, Vec3};
 use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
 use lightshed_scene::{
-    EmitterDescription, EnvironmentMap, FlatScene, FlatSky, Image, Rgb, Scene, SceneDescription, builtin,
-    luminance,
+    EmitterDescription, EnvironmentMap, FlatScene, FlatSky, Image, Rgb, Scene, SceneDescription, SkySampling,
+    builtin, luminance,
 };
 use std::sync::Arc;
 
@@ -105,7 +105,7 @@ fn samples() {
         let scene = scene(&map);
         let environment = scene.emitters().environment().expect("there is one");
         let table = distribution(&map);
-        let sky = FlatScene::new(&scene)
+        let sky = FlatScene::new(&scene, SkySampling::Luminance)
             .expect("it is flat")
             .sky
             .expect("it is an image");
@@ -161,7 +161,7 @@ fn directions_are_looked_up() {
         let map = map(size);
         let scene = scene(&map);
         let environment = scene.emitters().environment().expect("there is one");
-        let sky = FlatScene::new(&scene)
+        let sky = FlatScene::new(&scene, SkySampling::Luminance)
             .expect("it is flat")
             .sky
             .expect("it is an image");

@@ -45,8 +45,8 @@ pub const SKY: MethodOption = MethodOption::new(
     "HOW",
     "above-mean",
     |text| one_of(text, &SkySampling::ALL.map(SkySampling::name)),
-    "Which directions towards an environment image samples of emitters take: above-mean, in proportion to what exceeds its \
-     mean, as directions of scattering find the rest, or luminance, in proportion to that",
+    "How samples of emitters choose directions towards the image of an environment: above-mean, in proportion to the light \
+     above its mean (directions of scattering find the rest), or luminance, in proportion to all of its light",
 );
 
 /// The random numbers of a pixel's samples.
