@@ -1,6 +1,6 @@
 //! Rays that are traced together.
 
-use lightshed_film::{MAX_BATCH, RayKind, RayTally};
+use lightshed_film::MAX_BATCH;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Hit, Ray, Scene};
 
@@ -37,28 +37,5 @@ pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<H
         .occluded_many(&rays[..kept], &mut hidden[..kept]);
     for (&place, hidden) in places[..kept].iter().zip(hidden) {
         occluded[place] = hidden;
-    }
-}
-
-/// Passes on the contributions of the unoccluded segments; at most [`MAX_BATCH`] with their owners.
-pub(crate) fn add_unhidden<T: Copy>(
-    scene: &Scene,
-    tally: &RayTally,
-    segments: &[(usize, Ray, T)],
-    mut add: impl FnMut(usize, T),
-) {
-    let (mut rays, mut hidden) = ([NOWHERE; MAX_BATCH], [false; MAX_BATCH]);
-    let count = segments.len().min(MAX_BATCH);
-    for (ray, (_, segment, _)) in rays.iter_mut().zip(segments) {
-        *ray = *segment;
-    }
-    tally.add(RayKind::Emitter, count);
-    scene
-        .accelerator()
-        .occluded_many(&rays[..count], &mut hidden[..count]);
-    for ((owner, _, brought), hidden) in segments.iter().zip(hidden) {
-        if !hidden {
-            add(*owner, *brought);
-        }
     }
 }

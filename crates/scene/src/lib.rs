@@ -47,8 +47,9 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{
-    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, FlatMaterials, FlatTexture, GlossyScattering,
-    GlossyVertices, Layers, LobeSample, Material, MaterialError, Microfacet, Relief, Roughness,
+    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, FlatMaterials, FlatTexture, GlossyColumns,
+    GlossyLanes, GlossyScattering, GlossyVertices, Layers, LobeSample, Material, MaterialError, Microfacet,
+    Relief, Roughness,
 };
 pub use medium::{GridField, Medium, MediumDensity, MediumEmission, MediumPhase, MediumSides, PhaseLobe};
 pub use scene::{BuildOptions, Scene};

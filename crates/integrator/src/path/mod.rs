@@ -11,6 +11,7 @@ pub(crate) mod observer;
 pub(crate) mod paths;
 pub(crate) mod purpose;
 pub(crate) mod reuse;
+mod scattered_lanes;
 pub(crate) mod scattering;
 mod shade;
 mod start;
@@ -265,7 +266,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             let seen = watched.then_some(|vertex| purpose.scatter(0, vertex));
             let next = self
                 .transport
-                .advance_at(&mut path, &vertex, depth, &mut numbers, seen);
+                .advance(&mut path, &vertex, depth, &mut numbers, seen);
             if let Some(shadow) = next.shadow
                 && !scene.occluded(&shadow.ray)
             {

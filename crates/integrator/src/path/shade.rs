@@ -9,15 +9,15 @@ use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers};
 use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::{Purpose, ending_surface, ending_vertex};
+use super::scattered_lanes::{ScatteredLanes, facing, is_black, load_rows, load_vectors, store_vectors};
 use super::scattering::SurfaceVertex;
 use super::transport::{SURVIVAL_CAP, Transport};
 use super::vertex_rows::VertexRows;
 use crate::emitter_sampler::EmitterSampler;
-use crate::light_selection::diffuse_shading_point;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
-use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
-use lightshed_scene::{DiffuseLanes, GlossyVertices, HitBatch};
+use lightshed_sampling::power_heuristic_lanes;
+use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
 /// Processes what the rays of `paths` (and their number), their edge number `depth`, have hit:
@@ -76,9 +76,9 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     const GUIDED: bool = G::IS_ACTIVE && !cfg!(lightshed_without = "guide");
-    /// Whether nothing but emitters is asked at vertices, and no more of them than their positions.
-    /// Glossy ones are then shaded with the diffuse ones.
-    const PLAIN: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS && size_of::<S::Site>() == 0;
+    /// Whether nothing but emitters is asked at vertices. Glossy ones are then shaded with the
+    /// diffuse ones, if the choice among emitters does not ask for their gloss.
+    const PLAIN: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS;
 
     /// Paths `place` to `place + 7`.
     #[inline(always)]
@@ -104,8 +104,11 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         };
         // On arrays one vertex after another gives the same bits by a tenth of the code.
         if L::IN_REGISTERS {
-            let point = scene.diffuse_lanes::<L>(self.hits, place, others);
-            let together = point.diffuse | if Self::PLAIN { point.glossy } else { 0 };
+            let mut point = scene.diffuse_lanes::<L>(self.hits, place, others);
+            if !Self::PLAIN || self.transport.sampler.uses_gloss() {
+                point.glossy = 0;
+            }
+            let together = point.diffuse | point.glossy;
             self.arrive_all(place, point.emitting & together | environment);
             if together != 0 {
                 self.together(place, &point, &numbers);
@@ -169,7 +172,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let seen = watched.then_some(|vertex| self.purpose.scatter(place, vertex));
         let next = self
             .transport
-            .advance_at(&mut state, &vertex, depth, &mut numbers, seen);
+            .advance(&mut state, &vertex, depth, &mut numbers, seen);
         if let Some(shadow) = &next.shadow {
             self.shadows.push(shadow, owner);
         }
@@ -238,49 +241,25 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
         let [_, ray_direction] = paths.rays.load::<L>(place);
         let normal = point.shading.normal;
-        let (seen, mirror) = point.seen_from(normal.dot(-ray_direction));
-        let seen = seen & L::Mask::from_bits(lanes);
         let owner = paths.owner.load_words::<L>(place);
-
-        let sites = self.sites(point, mirror);
-        let light = self.transport.sampler.sample_lanes::<L>(
-            point.position,
-            &sites,
-            numbers.u_emitter(),
-            numbers.u_on_emitter(),
-            seen.bits(),
-        );
-        let mut pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
-        let mut value = point.reflectance * pdf;
-        let mut local = CosineHemisphere::sample_lanes(numbers.u_direction());
-        // Densities by the BSDF and of the mixture with the guide, if there is one.
-        let mut scattering_pdf = local.z * L::splat(FRAC_1_PI);
-        let mut weight = point.reflectance;
-        let mut scatters = seen & zero.less(local.z);
-        if Self::PLAIN && point.glossy != 0 {
-            let [u0, u1] = numbers.u_direction();
-            let vertices = GlossyVertices {
-                outgoing: local_above(point, mirror, -ray_direction).store(),
-                towards: local_above(point, mirror, light.direction).store(),
-                u_lobe: numbers.u_lobe().store(),
-                u: [u0.store(), u1.store()],
-            };
-            let transport = self.transport;
-            let found =
-                transport
-                    .scene
-                    .scatter_glossy(transport.lanes, self.hits, place, point.glossy, &vertices);
-            let glossy = L::Mask::from_bits(point.glossy);
-            pdf = L::load(&found.pdf_solid_angle).select(glossy, pdf);
-            value = load_rows::<L>(&found.value).select(glossy, value);
-            local = load_rows::<L>(&found.direction).select(glossy, local);
-            scattering_pdf = L::load(&found.direction_pdf_solid_angle).select(glossy, scattering_pdf);
-            weight = load_rows::<L>(&found.throughput).select(glossy, weight);
-            scatters =
-                seen & L::Mask::from_bits(found.scatters & point.glossy | scatters.bits() & !point.glossy);
-        }
-        let black = value.x.equal(zero) & value.y.equal(zero) & value.z.equal(zero);
-        let lit = seen & light.found & !black;
+        let glossy = if Self::PLAIN { point.glossy } else { 0 };
+        let from = (self.hits, place);
+        let scattered = self
+            .transport
+            .scatter_lanes(from, point, [lanes, glossy], ray_direction, numbers);
+        let lit = scattered.lit();
+        let ScatteredLanes {
+            seen,
+            mirror,
+            sites,
+            light,
+            value,
+            pdf,
+            local,
+            direction_pdf: mut scattering_pdf,
+            mut weight,
+            mut scatters,
+        } = scattered;
 
         let mut direction = point
             .shading
@@ -345,8 +324,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         shadows.count += shadow.count_ones() as usize;
 
         let mut throughput = before * weight;
-        let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
-        let mut survives = scatters & !black;
+        let mut survives = scatters & !is_black(throughput);
         let eta_squared = paths.eta_squared.load::<L>(place);
         let mut survival = one;
         if self.depth >= self.transport.roulette_depth || (Self::GUIDED && judged.bits() != 0) {
@@ -407,59 +385,4 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.report(place, &vertices, lanes);
         }
     }
-
-    /// What the choice among emitters knows of points on diffuse surfaces.
-    #[inline(always)]
-    fn sites<L: Lanes>(&self, point: &DiffuseLanes<L>, mirror: L) -> [S::Site; LANES] {
-        if !self.transport.sampler.uses_site() {
-            return [S::Site::default(); LANES];
-        }
-        let normal = facing(point, mirror);
-        let rows = [point.position, normal, point.reflectance].map(Vec3Lanes::store);
-        std::array::from_fn(|lane| {
-            let [position, normal, reflectance] = rows.map(|rows| rows.map(|row| row[lane]).into());
-            let at = || diffuse_shading_point(position, normal, reflectance);
-            self.transport.sampler.site(at)
-        })
-    }
-}
-
-/// Shading normals on the side that `mirror` says.
-#[inline(always)]
-fn facing<L: Lanes>(point: &DiffuseLanes<L>, mirror: L) -> Vec3Lanes<L> {
-    let zero = L::splat(0.0);
-    point.shading.to_world(Vec3Lanes::new(zero, zero, mirror))
-}
-
-/// Directions in the shading frames, mirrored as `mirror` says.
-#[inline(always)]
-fn local_above<L: Lanes>(point: &DiffuseLanes<L>, mirror: L, direction: Vec3Lanes<L>) -> Vec3Lanes<L> {
-    let local = point.shading.to_local(direction);
-    Vec3Lanes::new(local.x, local.y, local.z * mirror)
-}
-
-#[inline(always)]
-fn load_rows<L: Lanes>(rows: &VectorRows) -> Vec3Lanes<L> {
-    Vec3Lanes::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
-}
-
-#[inline(always)]
-fn load_vectors<L: Lanes>(columns: &[lightshed_lanes::Column; 3], place: usize) -> Vec3Lanes<L> {
-    Vec3Lanes::new(
-        columns[0].load(place),
-        columns[1].load(place),
-        columns[2].load(place),
-    )
-}
-
-#[inline(always)]
-fn store_vectors<L: Lanes>(
-    columns: &mut [lightshed_lanes::Column; 3],
-    place: usize,
-    v: Vec3Lanes<L>,
-    mask: u32,
-) {
-    columns[0].store_compressed(place, v.x, mask);
-    columns[1].store_compressed(place, v.y, mask);
-    columns[2].store_compressed(place, v.z, mask);
 }

@@ -285,25 +285,10 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and
-    /// the next direction. `seen`, if it is there, gets the vertex.
+    /// At a vertex at the end of a path's edge number `depth`: samples an emitter and the next
+    /// direction. `seen`, if it is there, gets the vertex.
     #[inline(always)]
     pub fn advance(
-        &self,
-        path: &mut PathState<S::Site>,
-        ray: &Ray,
-        point: &SurfacePoint,
-        depth: u32,
-        numbers: &mut impl VertexStream,
-        seen: Option<impl FnOnce(PathVertex)>,
-    ) -> Next {
-        let vertex = SurfaceVertex::new(self.scene, ray, *point);
-        self.advance_at(path, &vertex, depth, numbers, seen)
-    }
-
-    /// The same at a vertex that is known.
-    #[inline(always)]
-    pub fn advance_at(
         &self,
         path: &mut PathState<S::Site>,
         vertex: &SurfaceVertex,

@@ -21,8 +21,8 @@ pub use component_row::ComponentRow;
 pub use error::MaterialError;
 pub use flat::{FlatMaterials, FlatTexture};
 pub(crate) use glossy::{GlossyLook, GlossyRow};
-pub(crate) use glossy_lanes::ScatterGlossy;
-pub use glossy_lanes::{GlossyScattering, GlossyVertices};
+pub use glossy_lanes::{GlossyColumns, GlossyLanes, GlossyScattering, GlossyVertices};
+pub(crate) use glossy_lanes::{GlossyMaterials, ScatterGlossy, StoreGlossy};
 pub(crate) use relief::Along;
 pub use relief::Relief;
 

@@ -1,7 +1,7 @@
 //! Eight surface points at a time, and rays that leave them.
 
 use super::POSITION_ERROR;
-use lightshed_lanes::{Lanes, Vec3Lanes};
+use lightshed_lanes::{LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::FrameLanes;
 
 /// Eight points on diffuse or glossy triangles, as [`Scene::surface`](crate::Scene::surface) and
@@ -39,6 +39,12 @@ impl<L: Lanes> DiffuseLanes<L> {
         let zero = L::splat(0.0);
         let seen = (self.front & zero.less(cos_theta_out)) | (self.back & cos_theta_out.less(zero));
         (seen, L::splat(1.0).copysign(cos_theta_out))
+    }
+
+    /// Lanes whose surfaces are seen from the front, and from the back.
+    #[inline(always)]
+    pub fn sides(&self) -> [u32; 2] {
+        [self.front.bits(), self.back.bits()]
     }
 
     /// [`SurfacePoint::origin_towards`](crate::SurfacePoint::origin_towards).

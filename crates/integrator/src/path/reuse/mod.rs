@@ -1,19 +1,22 @@
 //! Path reuse: the pixels of a tile share the trees of paths behind their first vertices.
 
-mod share;
+mod connections;
+mod points;
 mod tree;
+mod vertices;
 
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use crate::path::transport::Transport;
 use crate::visible_emission::VisibleEmission;
+use connections::{BATCHES, TILE_PIXELS, Tile};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_sampling::{FramePasses, PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use share::{Sharing, TILE_PIXELS};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tree::Ground;
+use tree::{Ground, Trees};
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
 ///
@@ -157,7 +160,8 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             visible: self.visible.as_ref(),
         };
         let (pixels, ends) = self.tiles(top, self.key(seed));
-        let (mut trees, mut sharing) = (Vec::new(), Sharing::default());
+        // Large: not on the stack.
+        let (mut trees, mut tile) = (Box::new(Trees::new()), Box::new(Tile::new()));
         band.fill(Rgb::ZERO);
         let mut start = 0;
         // As many whole tiles at a time as trees grow together.
@@ -165,18 +169,34 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             let within = ends.iter().take_while(|&&end| end <= start + MAX_BATCH);
             let ends: Vec<usize> = within.copied().filter(|&end| end > start).collect();
             let Some(&end) = ends.last() else { return };
-            ground.grow(&pixels[start..end], &mut trees);
-            let mut rest = trees.as_mut_slice();
+            let batch = &pixels[start..end];
+            ground.grow(batch, &mut trees);
+            let mut first = 0;
             for tile_end in ends {
-                let (tile, others) = rest.split_at_mut((tile_end - start).min(rest.len()));
-                sharing.share(self.transport.scene, &self.tally, tile);
-                for tree in tile {
-                    band[tree.pixel - top * ground.width as usize] = tree.own;
-                }
-                rest = others;
-                start = tile_end;
+                self.share(&mut tile, &mut trees, first..tile_end - start);
+                first = tile_end - start;
             }
+            for (tree, pixel) in batch.iter().enumerate() {
+                band[pixel - top * ground.width as usize] = trees.own(tree);
+            }
+            start = end;
         }
+    }
+
+    /// Adds to the own light of a tile's trees the light that all of them have found behind their
+    /// first vertices.
+    fn share(&self, tile: &mut Tile, trees: &mut Trees, range: Range<usize>) {
+        let (scene, lanes) = (self.transport.scene, self.transport.lanes);
+        tile.connect(scene, lanes, trees, &range);
+        let mut blocked = [0; BATCHES];
+        for (blocked, (rays, count)) in blocked.iter_mut().zip(tile.rays()) {
+            self.tally.add(RayKind::Reconnection, count);
+            *blocked = scene.accelerator().occluded_batch(rays, count);
+        }
+        for (batch, blocked) in blocked.into_iter().enumerate() {
+            tile.block(batch, blocked);
+        }
+        tile.add(lanes, trees, range.start);
     }
 }
 

@@ -1,64 +1,162 @@
 //! Path trees of pixels, grown many at a time.
 
-use crate::camera_ray::PixelRay;
+use super::points::{Points, vector};
+use super::vertices::{FIRST, SECOND, Vertices};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow;
 use crate::path::guide::DirectionGuide;
-use crate::path::numbers::{PathWords, VertexNumbers};
-use crate::path::paths::Paths;
+use crate::path::numbers::PathWords;
+use crate::path::paths::{Paths, Shadows};
 use crate::path::purpose::Purpose;
-use crate::path::scattering::{SurfaceVertex, Vertex};
-use crate::path::transport::{Bounce, PathState, Transport, UNSEEN, met_emission};
-use crate::ray_batch::{NOWHERE, add_unhidden, see_emitters};
+use crate::path::scattering::SurfaceVertex;
+use crate::path::start::Start;
+use crate::path::transport::{PathState, Transport, met_emission};
 use crate::visible_emission::VisibleEmission;
-use lightshed_film::{MAX_BATCH, RayKind, RayTally};
-use lightshed_lanes::Lanes;
-use lightshed_sampling::f32_from_u32;
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Ray, Rgb, SurfacePoint};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
+use lightshed_lanes::{Column, Lanes};
+use lightshed_scene::{HitBatch, Ray, RayBatch, Rgb, Scene, SurfacePoint};
 
-/// The light that a pixel's path tree found.
-pub struct Tree {
-    /// Index of the pixel.
-    pub pixel: usize,
-    /// What only this pixel can use.
-    pub own: Rgb,
-    /// `x₁`.
-    pub first: Option<SurfaceVertex>,
-    /// The part behind `x₁`, for any pixel.
-    pub shared: Option<Shared>,
+/// The light that the path trees of up to [`MAX_BATCH`] pixels found.
+pub struct Trees {
+    /// What only the pixel of each tree can use.
+    pub own: [Column; 3],
+    /// `x₁`, by tree.
+    pub first: Vertex,
+    /// `x₂`, by a place of its own.
+    pub second: Vertex,
+    /// The place of each tree's `x₂`, if other pixels can reach it; otherwise [`Trees::NOWHERE`].
+    pub second_of: [u8; MAX_BATCH],
+    /// By the place of `x₂`.
+    pub behind: Behind,
 }
 
-/// A tree from `x₂` on, as sampled, without the scattering at `x₂`.
-pub struct Shared {
-    /// `x₂`; its `wo` is towards the tree's own `x₁`.
-    pub second: SurfaceVertex,
-    /// An emitter sampled at `x₂` that it sees.
-    pub emitter: Option<SharedEmitter>,
-    /// The direction sampled at `x₂`, in its shading frame.
-    pub wi: Option<Vec3>,
-    /// Radiance emitted from there, and the density with which the emitter sample would have found
-    /// it.
-    pub met: Option<(Rgb, f32)>,
-    /// Radiance reflected from there.
-    pub beyond: Rgb,
+/// Vertices of trees: those that are shaded in lanes, and the others.
+pub struct Vertex {
+    /// The rays that met them, and where.
+    pub rays: RayBatch,
+    pub hits: HitBatch,
+    pub points: Points,
+    /// Those not shaded in lanes, as bits.
+    pub alone: u64,
+    /// Of these, and of all others that they meet.
+    pub known: Vec<Option<SurfaceVertex>>,
 }
 
-/// An emitter as seen from `x₂`.
-pub struct SharedEmitter {
-    /// Towards it, in the shading frame of `x₂`.
-    pub wi: Vec3,
+/// Trees from `x₂` on, as sampled, without the scattering at `x₂`; sets are bits.
+pub struct Behind {
+    /// `x₂` that see an emitter that was sampled there.
+    pub lit: u64,
+    /// Towards the emitters, in the shading frames of `x₂`.
+    pub light: [Column; 3],
     /// `L_e / p_e`.
-    pub weight: Rgb,
+    pub light_weight: [Column; 3],
     /// `p_e`, in the solid-angle measure.
-    pub pdf: f32,
-    pub is_delta: bool,
+    pub light_pdf: Column,
+    pub light_is_delta: u64,
+    /// `x₂` from which a direction was sampled that others can use, too …
+    pub scattered: u64,
+    /// … and these directions, in the shading frames.
+    pub wi: [Column; 3],
+    /// By tree: radiance emitted from there, and the density with which the emitter sample would
+    /// have found it.
+    pub met: [Option<(Rgb, f32)>; MAX_BATCH],
+    /// By tree: radiance reflected from there.
+    pub beyond: [Rgb; MAX_BATCH],
 }
 
-impl Shared {
-    /// Whether there is any light to share.
-    pub fn is_lit(&self) -> bool {
-        self.emitter.is_some() || self.met.is_some() || self.beyond != Rgb::ZERO
+const ZEROS: [Column; 3] = [const { Column::splat(0.0) }; 3];
+
+impl Vertex {
+    fn new() -> Self {
+        Self {
+            rays: RayBatch::NOWHERE,
+            hits: HitBatch::NONE,
+            points: Points::NONE,
+            alone: 0,
+            known: Vec::new(),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.points.clear();
+        self.alone = 0;
+        self.known.clear();
+        self.known.resize_with(MAX_BATCH, || None);
+    }
+
+    /// Looks at a vertex that is there as other code than lanes does.
+    pub fn know(&mut self, scene: &Scene, place: usize) {
+        let Some(known) = self.known.get_mut(place) else {
+            return;
+        };
+        if known.is_none()
+            && let Some(hit) = self.hits.get(place)
+        {
+            let ray = self.rays.get(place);
+            *known = Some(SurfaceVertex::new(scene, &ray, scene.surface(&ray, &hit)));
+        }
+    }
+}
+
+impl Trees {
+    /// No place.
+    pub const NOWHERE: u8 = u8::MAX;
+
+    pub fn new() -> Self {
+        Self {
+            own: ZEROS,
+            first: Vertex::new(),
+            second: Vertex::new(),
+            second_of: [Self::NOWHERE; MAX_BATCH],
+            behind: Behind {
+                lit: 0,
+                light: ZEROS,
+                light_weight: ZEROS,
+                light_pdf: Column::splat(0.0),
+                light_is_delta: 0,
+                scattered: 0,
+                wi: ZEROS,
+                met: [None; MAX_BATCH],
+                beyond: [Rgb::ZERO; MAX_BATCH],
+            },
+        }
+    }
+
+    fn clear(&mut self) {
+        self.own = ZEROS;
+        self.first.clear();
+        self.second.clear();
+        self.second_of = [Self::NOWHERE; MAX_BATCH];
+        let behind = &mut self.behind;
+        (behind.lit, behind.light_is_delta, behind.scattered) = (0, 0, 0);
+        (behind.met, behind.beyond) = ([None; MAX_BATCH], [Rgb::ZERO; MAX_BATCH]);
+    }
+
+    /// What only the pixel of a tree can use.
+    pub fn own(&self, tree: usize) -> Rgb {
+        vector(&self.own, tree)
+    }
+
+    /// Adds light for the pixel of a tree.
+    #[inline(always)]
+    pub fn add_own(&mut self, tree: usize, light: Rgb) {
+        for (column, light) in self.own.iter_mut().zip(light.to_array()) {
+            column.set(tree, column.get(tree) + light);
+        }
+    }
+
+    /// The place of a tree's `x₂`, if other pixels can reach it.
+    #[inline(always)]
+    pub fn second(&self, tree: usize) -> Option<usize> {
+        let place = self.second_of[tree % MAX_BATCH];
+        (place != Self::NOWHERE).then_some(usize::from(place))
+    }
+
+    /// Whether a tree has light along the direction sampled at its `x₂`.
+    #[inline(always)]
+    pub fn is_bright(&self, tree: usize, place: usize) -> bool {
+        let (behind, tree) = (&self.behind, tree % MAX_BATCH);
+        behind.scattered >> place & 1 == 1 && (behind.met[tree].is_some() || behind.beyond[tree] != Rgb::ZERO)
     }
 }
 
@@ -73,288 +171,161 @@ pub struct Ground<'a, S> {
     pub visible: Option<&'a VisibleEmission>,
 }
 
-/// How a tree goes on: a path, its ray and the tree that it belongs to.
-struct Onward<K> {
-    tree: usize,
-    ray: Ray,
-    path: PathState<K>,
-}
-
-/// A segment of a tree with its light, if nothing blocks it.
-type Brought = (usize, Ray, Rgb);
-
 impl<S: EmitterSampler> Ground<'_, S> {
     /// Grows a tree for each pixel, at most [`MAX_BATCH`].
-    pub fn grow(&self, pixels: &[usize], trees: &mut Vec<Tree>) {
+    pub fn grow(&self, pixels: &[usize], trees: &mut Trees) {
         trees.clear();
-        if self.transport.max_depth == 0 {
-            return;
-        }
-        let starts = self.first_vertices(pixels, trees);
-        match self.transport.max_depth {
-            1 => (),
-            2 => self.last_edges(&starts, trees),
-            _ => self.follow(self.second_vertices(starts, trees), trees),
-        }
-    }
-
-    /// Names of a pixel's random numbers.
-    fn names(&self, pixel: usize) -> [u32; 2] {
-        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
-        [y << 16 | x, self.frame]
-    }
-
-    /// Those of the vertex at the end of edge `depth`.
-    fn numbers(&self, pixel: usize, depth: u32) -> VertexNumbers {
-        let [pixel, sample] = self.names(pixel);
-        self.words.vertex(pixel, sample, depth)
-    }
-
-    /// `x₁` with its emission, a sample of the emitters, and a direction.
-    fn first_vertices(&self, pixels: &[usize], trees: &mut Vec<Tree>) -> Vec<Onward<S::Site>> {
         let (transport, scene) = (self.transport, self.transport.scene);
         let count = pixels.len().min(MAX_BATCH);
-        let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
-        for (ray, &pixel) in rays.iter_mut().zip(pixels) {
-            let [name, sample] = self.names(pixel);
-            let corner = Vec2::new((name & 0xffff) as f32, (name >> 16) as f32);
-            let numbers = self.words.camera(name, sample).map(f32_from_u32);
-            *ray = PixelRay::through(scene.camera(), corner, numbers).ray;
+        if transport.max_depth == 0 || count == 0 {
+            return;
         }
+        let (mut paths, mut onward) = (Paths::new(), Paths::new());
+        let mut ids = [SampleId::default(); MAX_BATCH];
+        for (id, &pixel) in ids.iter_mut().zip(pixels) {
+            let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+            *id = SampleId {
+                x,
+                y,
+                index: self.frame,
+            };
+        }
+        transport.lanes.run(Start {
+            camera: scene.camera(),
+            ids: &ids[..count],
+            words: self.words,
+            paths: &mut paths,
+        });
+        let taken = self.visible.map_or(0, |visible| visible.taken(&ids[..count]));
+        let mut shadows = Shadows::NONE;
         self.tally.add(RayKind::Camera, count);
-        scene
-            .accelerator()
-            .intersect_many(&rays[..count], &mut hits[..count]);
-        let mut starts = Vec::with_capacity(count);
-        let mut brought: Vec<Brought> = Vec::with_capacity(count);
-        for ((&pixel, ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
-            let point = hit.map(|hit| scene.surface(ray, &hit));
-            let own = match &point {
-                Some(_) if self.visible.is_some_and(|visible| visible.takes(pixel)) => Rgb::ZERO,
-                _ => met_emission(scene, ray, point.as_ref()),
-            };
-            let (tree, first) = (
-                trees.len(),
-                point.map(|point| SurfaceVertex::new(scene, ray, point)),
-            );
-            if let Some(vertex) = first.as_ref().filter(|_| transport.max_depth > 1) {
-                let numbers = self.numbers(pixel, 1);
-                let (at, site) = (transport.scattering(vertex), transport.site(vertex));
-                let u = (numbers.u_emitter, numbers.u_on_emitter);
-                let light = transport.emitter_light(&at, &site, u);
-                brought.extend(light.map(|light| (tree, light.ray, SurfaceVertex::weighted(&light))));
-                if let Some(sample) = at.sample(numbers.u_lobe, numbers.u_direction)
-                    && sample.weight != Rgb::ZERO
-                {
-                    let bounce = Bounce {
-                        from: vertex.position(),
-                        site,
-                        pdf: sample.pdf,
-                        is_delta: sample.is_delta,
-                    };
-                    starts.push(Onward {
-                        tree,
-                        ray: vertex.point.spawn(sample.direction),
-                        path: PathState {
-                            throughput: sample.weight,
-                            eta_squared: sample.eta * sample.eta,
-                            bounce: Some(bounce),
-                        },
-                    });
-                }
+        self.meet(&mut trees.first, &paths, count);
+        if transport.max_depth == 1 {
+            for tree in 0..count {
+                Vertices::<S, FIRST>::met(transport, (&paths, taken), tree, trees);
             }
-            trees.push(Tree {
-                pixel,
-                own,
-                first,
-                shared: None,
-            });
+            return;
         }
-        add_unhidden(scene, self.tally, &brought, |tree, radiance| {
-            trees[tree].own += radiance;
+        let survivors = transport.lanes.run(Vertices::<S, FIRST> {
+            transport,
+            words: self.words,
+            paths: &paths,
+            alive: count,
+            taken,
+            next: &mut onward,
+            survivors: 0,
+            shadows: &mut shadows,
+            trees,
         });
-        starts
+        self.connect(&shadows, trees);
+        if transport.max_depth == 2 {
+            // Only emission that the last edges hit counts.
+            let mut last = LastEdges(self.words, self.tally, trees);
+            return follow(transport, &mut onward, survivors, 2, &mut last);
+        }
+        let (starts, count) = (onward, survivors);
+        self.tally.add(RayKind::Path, count);
+        self.meet(&mut trees.second, &starts, count);
+        shadows.count = 0;
+        let survivors = transport.lanes.run(Vertices::<S, SECOND> {
+            transport,
+            words: self.words,
+            paths: &starts,
+            alive: count,
+            taken: 0,
+            next: &mut paths,
+            survivors: 0,
+            shadows: &mut shadows,
+            trees,
+        });
+        self.connect(&shadows, trees);
+        self.follow(&mut paths, survivors, trees);
     }
 
-    /// Edges from `x₁` if paths have two: only emission that they hit counts.
-    fn last_edges(&self, starts: &[Onward<S::Site>], trees: &mut [Tree]) {
+    /// Traces the rays of paths to vertices.
+    fn meet(&self, vertex: &mut Vertex, paths: &Paths<S::Site>, count: usize) {
         let scene = self.transport.scene;
-        let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
-        let (mut hidden, count) = ([false; MAX_BATCH], starts.len());
-        for (ray, start) in rays.iter_mut().zip(starts) {
-            *ray = start.ray;
-        }
-        self.tally.add(RayKind::Path, count);
-        see_emitters(
-            scene,
-            &mut rays[..count],
-            &mut hits[..count],
-            &mut hidden[..count],
-        );
-        for ((start, hit), _) in starts.iter().zip(hits).zip(hidden).filter(|(_, hidden)| !hidden) {
-            let point = hit.map(|hit| scene.surface(&start.ray, &hit));
-            self.collect(start, point.as_ref(), trees);
-        }
-    }
-
-    /// The hit of the edge from `x₁`, seen by its own pixel alone: direct light, weighted against
-    /// the emitter sample at `x₁`.
-    fn collect(&self, start: &Onward<S::Site>, point: Option<&SurfacePoint>, trees: &mut [Tree]) {
-        let (scene, sampler) = (self.transport.scene, &self.transport.sampler);
-        let met = start.path.met(scene, sampler, &start.ray, point);
-        trees[start.tree].own += start.path.throughput * met;
-    }
-
-    /// `x₂` with a sample of the emitters and a direction; paths go on from there.
-    fn second_vertices(&self, mut starts: Vec<Onward<S::Site>>, trees: &mut [Tree]) -> Vec<Onward<S::Site>> {
-        let (transport, scene) = (self.transport, self.transport.scene);
-        let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
-        for (ray, start) in rays.iter_mut().zip(&starts) {
-            *ray = start.ray;
-        }
-        let count = starts.len();
-        self.tally.add(RayKind::Path, count);
         scene
             .accelerator()
-            .intersect_many(&rays[..count], &mut hits[..count]);
-        let mut onward = Vec::with_capacity(count);
-        // Light for the tree's own pixel alone, and for all.
-        let mut brought: Vec<Brought> = Vec::with_capacity(count);
-        let mut shared_brought: Vec<Brought> = Vec::with_capacity(count);
-        for (start, hit) in starts.iter_mut().zip(hits) {
-            let point = hit.map(|hit| scene.surface(&start.ray, &hit));
-            self.collect(start, point.as_ref(), trees);
-            let Some(point) = point else { continue };
-            let (tree, numbers) = (start.tree, self.numbers(trees[start.tree].pixel, 2));
-            if start.path.bounce.as_ref().is_some_and(|bounce| bounce.is_delta) {
-                // No other pixel can reach this point: an ordinary path.
-                let mut path = start.path.clone();
-                let next = transport.advance(&mut path, &start.ray, &point, 2, &mut &numbers, UNSEEN);
-                brought.extend(next.shadow.map(|shadow| (tree, shadow.ray, shadow.radiance)));
-                onward.extend(next.ray.map(|ray| Onward { tree, ray, path }));
-                continue;
-            }
-            let mut shared = Shared {
-                emitter: None,
-                wi: None,
-                met: None,
-                beyond: Rgb::ZERO,
-                second: SurfaceVertex::new(scene, &start.ray, point),
-            };
-            let site = transport.site(&shared.second);
-            if let Some((ray, emitter)) = self.sample_emitter(&shared.second, &site, &numbers) {
-                shared_brought.push((tree, ray, emitter.weight));
-                shared.emitter = Some(emitter);
-            }
-            onward.extend(self.leave_second(start, site, &mut shared, &numbers));
-            trees[tree].shared = Some(shared);
-        }
-        add_unhidden(scene, self.tally, &brought, |tree, radiance| {
-            trees[tree].own += radiance;
-        });
-        let mut seen = [false; MAX_BATCH];
-        add_unhidden(scene, self.tally, &shared_brought, |tree, _| seen[tree] = true);
-        for (tree, ..) in shared_brought {
-            if let Some(shared) = trees[tree].shared.as_mut().filter(|_| !seen[tree]) {
-                shared.emitter = None;
-            }
-        }
-        onward
+            .intersect_batch(&paths.rays, count, &mut vertex.hits);
+        scene.prefetch_hits(&vertex.hits, count);
+        vertex.rays.clone_from(&paths.rays);
     }
 
-    /// An emitter sample at `x₂`, for any scattered direction, and the segment that must be free.
-    fn sample_emitter(
-        &self,
-        second: &SurfaceVertex,
-        site: &S::Site,
-        numbers: &VertexNumbers,
-    ) -> Option<(Ray, SharedEmitter)> {
-        if !second.has_non_delta() {
-            return None;
+    /// Traces rays to emitters: light for a tree's own pixel, or for all if its `x₂` is known.
+    fn connect(&self, shadows: &Shadows, trees: &mut Trees) {
+        let count = shadows.count;
+        self.tally.add(RayKind::Emitter, count);
+        let accelerator = self.transport.scene.accelerator();
+        let mut free = !accelerator.occluded_batch(&shadows.rays, count);
+        if count < MAX_BATCH {
+            free &= (1 << count) - 1;
         }
-        let (u_select, u) = (numbers.u_emitter, numbers.u_on_emitter);
-        let light = self
-            .transport
-            .sampler
-            .sample(second.position(), site, u_select, u)?;
-        let wi = second.point.shading.to_local(light.direction);
-        // A sample that this pixel cannot use is left out, and so does not count for its technique.
-        if second.bsdf.evaluate(second.wo, wi).value == Rgb::ZERO {
-            return None;
+        while free != 0 {
+            let index = free.trailing_zeros() as usize;
+            free &= free - 1;
+            let tree = shadows.owner.get_word(index) as usize;
+            match trees.second(tree) {
+                Some(place) => trees.behind.lit |= 1 << place,
+                None => trees.add_own(tree, vector(&shadows.radiance, index)),
+            }
         }
-        let emitter = SharedEmitter {
-            wi,
-            weight: light.weight,
-            pdf: light.pdf.value(),
-            is_delta: light.is_delta,
-        };
-        Some((second.shadow_ray(&light), emitter))
-    }
-
-    /// A direction at `x₂`. A delta lobe serves the own pixel alone.
-    fn leave_second(
-        &self,
-        start: &Onward<S::Site>,
-        site: S::Site,
-        shared: &mut Shared,
-        numbers: &VertexNumbers,
-    ) -> Option<Onward<S::Site>> {
-        let SurfaceVertex { point, bsdf, wo, .. } = &shared.second;
-        let sample = bsdf.sample(*wo, numbers.u_lobe, Vec2::from(numbers.u_direction))?;
-        if sample.weight == Rgb::ZERO {
-            return None;
-        }
-        let (before, eta_squared) = (start.path.throughput, sample.eta * sample.eta);
-        let mut path = PathState {
-            throughput: before * sample.weight,
-            eta_squared,
-            bounce: Some(Bounce {
-                from: point.position,
-                site,
-                pdf: sample.pdf,
-                is_delta: sample.is_delta,
-            }),
-        };
-        if !sample.is_delta {
-            path.throughput = Rgb::ONE;
-            // Only for roulette. Colours are left out: black here (red times green, for example)
-            // may not be black from elsewhere.
-            path.eta_squared *= before.max_element() * sample.weight.max_element();
-            shared.wi = Some(sample.wi);
-        }
-        Some(Onward {
-            tree: start.tree,
-            ray: point.spawn(point.shading.to_world(sample.wi)),
-            path,
-        })
     }
 
     /// Traces paths from `x₂` on to their ends.
-    fn follow(&self, onward: Vec<Onward<S::Site>>, trees: &mut [Tree]) {
-        let mut paths = Paths::new();
-        let mut found = Behind {
+    fn follow(&self, paths: &mut Paths<S::Site>, alive: usize, trees: &mut Trees) {
+        let mut found = Found {
             words: self.words,
             tally: self.tally,
             is_apart: [false; MAX_BATCH],
             met: [None; MAX_BATCH],
             radiances: [Rgb::ZERO; MAX_BATCH],
         };
-        for (index, Onward { tree, ray, path }) in onward.iter().enumerate() {
-            paths.begin(index, path, ray, self.names(trees[*tree].pixel), *tree);
-            found.is_apart[*tree] = trees[*tree]
-                .shared
-                .as_ref()
-                .is_some_and(|shared| shared.wi.is_some());
+        for tree in 0..MAX_BATCH {
+            let place = trees.second(tree);
+            found.is_apart[tree] = place.is_some_and(|place| trees.behind.scattered >> place & 1 == 1);
         }
-        follow(self.transport, &mut paths, onward.len(), BEHIND, &mut found);
-        for Onward { tree, .. } in onward {
-            match &mut trees[tree].shared {
-                Some(shared) if found.is_apart[tree] => {
-                    (shared.met, shared.beyond) = (found.met[tree], found.radiances[tree]);
-                }
-                _ => trees[tree].own += found.radiances[tree],
+        follow(self.transport, paths, alive, BEHIND, &mut found);
+        for tree in 0..MAX_BATCH {
+            if found.is_apart[tree] {
+                trees.behind.met[tree] = found.met[tree];
+                trees.behind.beyond[tree] = found.radiances[tree];
+            } else if found.radiances[tree] != Rgb::ZERO {
+                trees.add_own(tree, found.radiances[tree]);
             }
         }
+    }
+}
+
+/// Edges from `x₁` that are the last.
+struct LastEdges<'a>(PathWords, &'a RayTally, &'a mut Trees);
+
+impl Purpose for LastEdges<'_> {
+    #[inline(always)]
+    fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        self.0.vertex_lanes::<L>(names, block)
+    }
+
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        place: usize,
+        _depth: u32,
+        path: &PathState<S::Site>,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) {
+        let met = path.met(transport.scene, &transport.sampler, ray, point);
+        self.2.add_own(place, path.throughput * met);
+    }
+
+    fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {
+        self.2.add_own(place, radiance);
+    }
+
+    fn count(&mut self, path: usize, emitter: usize) {
+        self.1.add(RayKind::Path, path);
+        self.1.add(RayKind::Emitter, emitter);
     }
 }
 
@@ -362,7 +333,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
 const BEHIND: u32 = 3;
 
 /// Results of paths behind `x₂`, by tree.
-struct Behind<'a> {
+struct Found<'a> {
     words: PathWords,
     tally: &'a RayTally,
     /// Whether the hit of the first edge is stored separately.
@@ -373,7 +344,7 @@ struct Behind<'a> {
     radiances: [Rgb; MAX_BATCH],
 }
 
-impl Purpose for Behind<'_> {
+impl Purpose for Found<'_> {
     #[inline(always)]
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
         self.words.vertex_lanes::<L>(names, block)

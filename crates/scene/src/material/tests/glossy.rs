@@ -3,8 +3,10 @@
 use super::*;
 use crate::BsdfSample;
 use crate::material::fresnel;
-use crate::material::{GlossyRow, GlossyVertices, ScatterGlossy};
-use lightshed_lanes::{LANES, LaneChoice};
+use crate::material::{
+    GlossyColumns, GlossyMaterials, GlossyRow, GlossyVertices, ScatterGlossy, StoreGlossy,
+};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes, Vec3Lanes};
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_testkit::{check_faults, hostile_unit_f32};
 
@@ -77,6 +79,31 @@ fn figures(bsdf: &Bsdf, wo: Vec3, wi: Vec3, u_lobe: f32, u: Vec2) -> ([f32; 11],
     (figures, sample)
 }
 
+/// What was stored, asked for eight directions; by the values of one point where it is given.
+struct EvaluateStored<'a> {
+    columns: &'a GlossyColumns,
+    place: usize,
+    point: Option<usize>,
+    asked: &'a GlossyVertices,
+}
+
+impl LaneKernel for EvaluateStored<'_> {
+    type Output = ([[f32; LANES]; 3], [f32; LANES]);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let load = |rows: &[[f32; LANES]; 3]| {
+            Vec3Lanes::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
+        };
+        let points = match self.point {
+            Some(index) => self.columns.splat::<L>(index),
+            None => self.columns.load::<L>(self.place),
+        };
+        let (value, pdf) = points.evaluate(load(&self.asked.outgoing), load(&self.asked.towards));
+        (value.store(), pdf.store())
+    }
+}
+
 #[test]
 fn glossy_materials_in_lanes_are_those_alone() {
     let materials = materials();
@@ -128,12 +155,32 @@ fn glossy_materials_in_lanes_are_those_alone() {
                 }
             }
             for choice in LaneChoice::all() {
-                let found = choice.run(ScatterGlossy {
-                    materials: chosen.map(|material| &rows[material]),
+                let eight = || GlossyMaterials {
+                    rows: chosen.map(|material| &rows[material]),
                     textured: 0,
-                    colors: &[[[0.0; LANES]; 3]; 2],
+                    colors: [[[0.0; LANES]; 3]; 2],
+                };
+                let found = choice.run(ScatterGlossy {
+                    materials: eight(),
                     vertices: &asked,
                 });
+                // Stored and asked later, all and one by one.
+                let (mut columns, place) = (GlossyColumns::NONE, number % 7 * LANES);
+                choice.run(StoreGlossy {
+                    materials: eight(),
+                    place,
+                    columns: &mut columns,
+                });
+                let stored = |point| {
+                    choice.run(EvaluateStored {
+                        columns: &columns,
+                        place,
+                        point,
+                        asked: &asked,
+                    })
+                };
+                let (together, alone) = (stored(None), number % LANES);
+                let of_one = stored(Some(place + alone));
                 for lane in 0..LANES {
                     let [wo, mut wi] = places[lane];
                     let mut u_lobe = asked.u_lobe[lane];
@@ -161,6 +208,15 @@ fn glossy_materials_in_lanes_are_those_alone() {
                     }
                     let bits =
                         |x: [f32; 11]| x.map(|x| if x.is_nan() { u32::MAX } else { (x + 0.0).to_bits() });
+                    let again = |(value, pdf): &([[f32; LANES]; 3], [f32; LANES])| {
+                        let mut again = computed;
+                        again[..3].copy_from_slice(&of(value));
+                        again[3] = pdf[lane];
+                        bits(again) == bits(computed)
+                    };
+                    if !again(&together) || (lane == alone && !again(&of_one)) {
+                        return Err(format!("{}, stored at {place}", choice.name()));
+                    }
                     if scatters != sample.is_some() || bits(computed) != bits(expected) {
                         return Err(format!(
                             "{}, {:?} from {wo} to {wi} by {u_lobe} {u}: {computed:?} for {expected:?}",

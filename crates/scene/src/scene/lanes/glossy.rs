@@ -1,7 +1,7 @@
 //! Scattering at eight glossy surface points at a time.
 
-use crate::material::{GlossyLook, GlossyRow, ScatterGlossy};
-use crate::{ColorTexture, GlossyScattering, GlossyVertices, HitBatch, Material, Rgb, Scene};
+use crate::material::{GlossyLook, GlossyMaterials, GlossyRow, ScatterGlossy, StoreGlossy};
+use crate::{ColorTexture, GlossyColumns, GlossyScattering, GlossyVertices, HitBatch, Material, Rgb, Scene};
 use lightshed_lanes::{LANES, LaneChoice};
 
 /// The glossy materials as lanes read them, by material; empty if there is none.
@@ -40,9 +40,38 @@ impl Scene {
         wanted: u32,
         vertices: &GlossyVertices,
     ) -> GlossyScattering {
+        lanes.run(ScatterGlossy {
+            materials: self.glossy_materials(hits, place, wanted),
+            vertices,
+        })
+    }
+
+    /// Stores what the same points scatter by, to be asked for other directions later. Those that
+    /// are not wanted scatter nothing of meaning. `place` is at most the capacity of a batch.
+    #[inline(never)]
+    pub fn glossy_columns(
+        &self,
+        lanes: LaneChoice,
+        hits: &HitBatch,
+        place: usize,
+        wanted: u32,
+        columns: &mut GlossyColumns,
+    ) {
+        lanes.run(StoreGlossy {
+            materials: self.glossy_materials(hits, place, wanted),
+            place,
+            columns,
+        });
+    }
+
+    #[inline]
+    fn glossy_materials(&self, hits: &HitBatch, place: usize, wanted: u32) -> GlossyMaterials<'_> {
         const NO_MATERIAL: &GlossyRow = &GlossyRow::NONE;
-        let mut materials = [NO_MATERIAL; LANES];
-        let (mut colors, mut textured) = ([[[0.0; LANES]; 3]; 2], 0);
+        let mut found = GlossyMaterials {
+            rows: [NO_MATERIAL; LANES],
+            textured: 0,
+            colors: [[[0.0; LANES]; 3]; 2],
+        };
         for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
             let primitive = hits.primitive.get_word(place + lane);
             let Some(record) = self.triangles.get(primitive as usize) else {
@@ -52,20 +81,15 @@ impl Scene {
             let Some(row) = self.glossy_rows.rows.get(material) else {
                 continue;
             };
-            materials[lane] = row;
+            found.rows[lane] = row;
             if let Some([albedo, tint]) = &self.glossy_rows.colors[material] {
-                textured |= 1 << lane;
+                found.textured |= 1 << lane;
                 let [v, w] = &hits.barycentric;
                 let uv = record.uv([v.get(place + lane), w.get(place + lane)], &self.uvs);
-                set_colors(&mut colors, lane, [albedo.at(uv), tint.at(uv)]);
+                set_colors(&mut found.colors, lane, [albedo.at(uv), tint.at(uv)]);
             }
         }
-        lanes.run(ScatterGlossy {
-            materials,
-            textured,
-            colors: &colors,
-            vertices,
-        })
+        found
     }
 }
 
