@@ -339,7 +339,7 @@ mod tests {
 
     /// The Cornell box with spheres, one of which emits, a mirror, a ball with interpolated normals
     /// and a texture, and emitters of other kinds.
-    fn mixed() -> SceneDescription {
+    pub(super) fn mixed() -> SceneDescription {
         let mut scene = builtin::cornell();
         scene.materials[0] = Material::TwoSided {
             front: Box::new(Material::Diffuse {
@@ -392,7 +392,7 @@ mod tests {
     /// The Cornell box of glossy and specular materials: those that lanes shade, with textured
     /// colours, in blends, nearly smooth, around interpolated normals and emitting; and those they
     /// leave alone, rough by a texture, of another distribution, and glass.
-    fn glossy() -> SceneDescription {
+    pub(super) fn glossy() -> SceneDescription {
         let mut scene = builtin::cornell();
         let checkered = |scale, color0, color1| {
             ColorTexture::Checkerboard(Checkerboard {

@@ -231,6 +231,9 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::path::tests::{glossy, mixed};
+    use crate::{LightChoosing, LightSelection};
+    use lightshed_lanes::LaneChoice;
     use lightshed_scene::builtin;
 
     fn scene(width: u32, height: u32) -> Scene {
@@ -288,5 +291,56 @@ mod tests {
         let other = all_tiles(&method, method.key(2));
         let kept = tiles.iter().filter(|tile| other.contains(tile)).count();
         assert!(kept < 16, "{kept} of {} tiles", tiles.len());
+    }
+
+    fn image<S: EmitterSampler + Send>(mut method: PathReuse<'_, S>, lanes: LaneChoice) -> Vec<Rgb> {
+        method.transport.lanes = lanes;
+        let [width, height] = method.size();
+        let mut image = vec![Rgb::ZERO; (width * height) as usize];
+        method.render_frame(3, 7, &mut image, &AtomicBool::new(false));
+        image
+    }
+
+    /// Vertices and connections in lanes against the same alone (as lanes that are arrays take
+    /// them), bit for bit: squares and batches are not full here.
+    /// Planted faults: an `x₂` seen from one side only, the direction towards an emitter mirrored,
+    /// roulette by another eta.
+    #[test]
+    fn lanes_give_the_image_of_single_vertices() {
+        let builtin = |name: &str| (name.to_owned(), builtin::by_name(name).unwrap());
+        let names = ["cornell", "cornell-glossy", "many-lights", "doorway"];
+        let more = [("mixed", mixed()), ("glossy", glossy())];
+        let more = more.map(|(name, scene)| (name.to_owned(), scene));
+        for (name, mut description) in names.map(builtin).into_iter().chain(more) {
+            (description.settings.width, description.settings.height) = (37, 21);
+            for max_depth in [1, 2, 3, 7] {
+                (
+                    description.settings.max_depth,
+                    description.settings.roulette_depth,
+                ) = (Some(max_depth), 3);
+                let scene = Scene::new(&description).unwrap();
+                let by_power = |lanes| image(PathReuse::new(&scene, scene.emitters_by_power()), lanes);
+                let by_tree = |lanes| {
+                    let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
+                    image(
+                        PathReuse::new(&scene, selection).with_points(PointSet::Sobol),
+                        lanes,
+                    )
+                };
+                let alone = [by_power(LaneChoice::ARRAY), by_tree(LaneChoice::ARRAY)];
+                // Lamps are not in view everywhere, or behind a door.
+                let is_black = alone
+                    .iter()
+                    .any(|image| image.iter().all(|&value| value == Rgb::ZERO));
+                assert!(!is_black || max_depth < 7, "{name} is black");
+                for lanes in LaneChoice::all() {
+                    assert_eq!(
+                        alone,
+                        [by_power(lanes), by_tree(lanes)],
+                        "{name} to depth {max_depth}, {lanes:?}"
+                    );
+                }
+            }
+        }
     }
 }
