@@ -1,5 +1,6 @@
 //! What frames cost, counted instead of timed.
 
+use crate::LightChoosing;
 use crate::ray_cost::ray_cost;
 use crate::registry::Method;
 use lightshed_film::RayCounts;
@@ -40,7 +41,7 @@ pub(super) struct FrameCost {
 const METHODS: [(&str, f64, [f64; 3]); 5] = [
     ("path", 1.0, [0.0, 0.0, 0.0]),
     ("direct", 1.0, [0.5, 0.2, 0.0]),
-    ("path-reuse", 1.8, [1.3, 0.23, 0.3]),
+    ("path-reuse", 1.4, [0.5, 0.02, 0.05]),
     ("restir-pt-offline", 9.0, [11.0, 0.55, 0.55]),
     ("mcmm", 4.0, [9.5, 0.0, 0.0]),
 ];
@@ -78,12 +79,13 @@ fn paths_of_frame(method: &Method) -> f64 {
     guided.map_or(1.0, |options| GUIDED * f64::from(options.samples))
 }
 
-/// Whether glossy vertices are shaded in lanes: those of plain paths, with emitters by power.
+/// Whether glossy vertices are shaded in lanes: those of plain paths and of path reuse, but for
+/// emitters chosen by the gloss of points.
 fn shades_in_lanes(method: &Method) -> bool {
     let values = method.values();
-    let is_path = matches!(method.name(), "path" | "direct") && values.light_samples() == 1;
+    let is_path = matches!(method.name(), "path" | "path-reuse" | "direct") && values.light_samples() == 1;
     let is_plain = values.guided_paths().is_none() && values.cache_rule().is_none();
-    is_path && is_plain && values.light_choosing().is_none()
+    is_path && is_plain && values.light_choosing() != Some(LightChoosing::VlcLobes)
 }
 
 /// What a frame costs at first sight, and what it costs beside its rays; those of paths for methods
@@ -193,7 +195,15 @@ mod tests {
         let of = |text: &str, glossy_materials: usize| of_lanes(text, glossy_materials, 0);
         let [diffuse, glossy] = [0, 4].map(|count| of("path", count));
         assert_eq!(of_lanes("path", 4, 4), diffuse);
-        for alone in ["path:bvh", "path:vmf", "path-reuse", "direct:light-samples=2"] {
+        for together in ["path:bvh", "path-reuse", "direct:light-samples=1"] {
+            assert_eq!(of_lanes(together, 4, 4), of(together, 0), "{together}");
+        }
+        for alone in [
+            "path:vlc-lobes",
+            "path:vmf",
+            "restir-pt-offline",
+            "direct:light-samples=2",
+        ] {
             assert_eq!(of_lanes(alone, 4, 4), of(alone, 4), "{alone}");
         }
         assert!(
