@@ -73,6 +73,9 @@ enum Kind {
     Rooks { side: u32 },
 }
 
+/// Places of a disk that are computed once.
+const REMEMBERED: usize = 32;
+
 /// The golden angle, `π (3 − √5)`: successive points of a Vogel spiral keep apart at any
 /// count.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
@@ -162,14 +165,21 @@ impl Pattern {
                     let (sin, cos) = (turn + GOLDEN_ANGLE * f64::from(k)).sin_cos();
                     [(r * cos).round() as i64, (r * sin).round() as i64]
                 };
+                // Sines take long: the first places are remembered.
+                let mut first = [[0; 2]; REMEMBERED];
                 for k in 0..count {
-                    let [dx, dy] = offset(k);
-                    let Some(index) = extent.index(x + dx, y + dy).filter(|&index| index != pixel) else {
-                        continue;
-                    };
+                    let place = offset(k);
+                    let known = (k as usize).min(REMEMBERED);
                     // Rounding can merge places; a neighbour taken twice would be one technique
                     // counted twice.
-                    if (0..k).all(|earlier| offset(earlier) != [dx, dy]) {
+                    let is_new = !first[..known].contains(&place)
+                        && (known as u32..k).all(|earlier| offset(earlier) != place);
+                    if let Some(first) = first.get_mut(k as usize) {
+                        *first = place;
+                    }
+                    let [dx, dy] = place;
+                    let index = extent.index(x + dx, y + dy);
+                    if let Some(index) = index.filter(|&index| index != pixel && is_new) {
                         visit(index);
                     }
                 }
@@ -329,6 +339,8 @@ mod tests {
             Pattern::window(3).unwrap(),
             Pattern::disk(1.2, 9).unwrap(),
             Pattern::disk(20.0, 5).unwrap(),
+            // More than are remembered.
+            Pattern::disk(4.0, 90).unwrap(),
             Pattern::rooks_tiles(16).unwrap(),
         ];
         for pattern in patterns {

@@ -4,6 +4,7 @@ mod bsdf;
 mod component;
 mod component_row;
 mod error;
+mod everywhere;
 mod flat;
 mod fresnel;
 mod glossy;

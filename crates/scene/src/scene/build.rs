@@ -12,7 +12,7 @@ use crate::emitter::{AreaEmitter, PowerTable};
 use crate::import::move_mesh;
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Material, MeshInstances, Rgb,
+    AcceleratorKind, Bsdf, Camera, EmitterDescription, Emitters, Geometry, Material, MeshInstances, Rgb,
     SceneDescription, ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::{DAffine3, Vec3};
@@ -174,6 +174,7 @@ impl Scene {
             turned: turned(materials),
             spheres: flat.spheres,
             copies: flat.copies,
+            bsdfs: bsdfs_everywhere(materials),
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
             glossy_rows: GlossyRows::new(materials),
             images: super::prefetch::images(materials),
@@ -216,6 +217,15 @@ fn turned(materials: &[Material]) -> Vec<bool> {
         turned
     } else {
         Vec::new()
+    }
+}
+
+/// By material, its scattering function where that is the same everywhere; empty where none is.
+fn bsdfs_everywhere(materials: &[Material]) -> Vec<Option<Bsdf>> {
+    let bsdfs: Vec<Option<Bsdf>> = materials.iter().map(Material::everywhere).collect();
+    match bsdfs.iter().any(Option::is_some) {
+        true => bsdfs,
+        false => Vec::new(),
     }
 }
 

@@ -51,6 +51,9 @@ pub struct Scene {
     /// Instances: the primitives behind the spheres.
     copies: Copies,
     materials: Vec<Material>,
+    /// By material, its scattering function if that is the same everywhere and not diffuse; empty
+    /// where there is none.
+    bsdfs: Vec<Option<Bsdf>>,
     /// The materials as lanes read them.
     diffuse_rows: Vec<DiffuseRow>,
     glossy_rows: GlossyRows,
@@ -233,6 +236,9 @@ impl Scene {
     /// The BSDF at a surface point, in its shading frame.
     #[inline]
     pub fn bsdf(&self, point: &SurfacePoint) -> Bsdf {
+        if let Some(Some(bsdf)) = self.bsdfs.get(point.material as usize) {
+            return *bsdf;
+        }
         let material = &self.materials[point.material as usize];
         if self.colors.is_empty() {
             material.at(point.uv)

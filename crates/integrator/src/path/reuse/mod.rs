@@ -304,7 +304,7 @@ mod tests {
     /// Vertices and connections in lanes against the same alone (as lanes that are arrays take
     /// them), bit for bit: squares and batches are not full here.
     /// Planted faults: an `x₂` seen from one side only, the direction towards an emitter mirrored,
-    /// roulette by another eta.
+    /// roulette by another eta, rays left out.
     #[test]
     fn lanes_give_the_image_of_single_vertices() {
         let builtin = |name: &str| (name.to_owned(), builtin::by_name(name).unwrap());
