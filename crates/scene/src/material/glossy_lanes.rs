@@ -239,9 +239,9 @@ impl<L: Lanes> GlossyLanes<L> {
         ]
     }
 
-    /// Values per steradian, [`BsdfValue::value`](crate::BsdfValue::value), and densities per
-    /// steradian, [`BsdfValue::pdf`](crate::BsdfValue::pdf), in directions `wi` seen from `wo`: both
-    /// in the shading frames, mirrored so that `wo` is above the surface.
+    /// [`BsdfValue::value`](crate::BsdfValue::value) and [`BsdfValue::pdf`](crate::BsdfValue::pdf),
+    /// both per steradian, of directions `wi` seen from `wo`. These are unit vectors in the shading
+    /// frames, mirrored so that `wo` is above the surface.
     #[inline(always)]
     pub fn evaluate(&self, wo: Vec3Lanes<L>, wi: Vec3Lanes<L>) -> (Vec3Lanes<L>, L) {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));

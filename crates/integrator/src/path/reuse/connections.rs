@@ -394,12 +394,12 @@ impl LaneKernel for Add<'_> {
             let connections = &self.tile.connections[number];
             let weights = weights(connections, &lit);
             let light = Light::<L>::of(self.trees, &lit, weights);
-            for group in 0..GROUPS {
+            for (group, connections) in connections.iter().enumerate() {
                 let valid = lit.valid >> (group * LANES) & ((1 << LANES) - 1);
                 if valid != 0 {
                     let place = self.first + group * LANES;
                     let own = load_vectors::<L>(&self.trees.own, place);
-                    let more = light.through(&connections[group]);
+                    let more = light.through(connections);
                     let size = more.abs();
                     let infinity = L::splat(f32::INFINITY);
                     let finite = size.x.less(infinity) & size.y.less(infinity) & size.z.less(infinity);
