@@ -93,6 +93,7 @@ pub fn choice_json(choice: &Choice) -> Value {
             "cost": trial.cost,
             "mse": trial.error,
             "relative_mse": trial.relative,
+            "certain": trial.certain,
             "prior": trial.prior,
             "is_lit": trial.is_lit,
             "merit": trial.merit(),

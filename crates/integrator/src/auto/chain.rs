@@ -136,6 +136,7 @@ pub(super) fn against_learner(
         } else {
             error
         },
+        certain: best.certain,
         prior: gain.powf(-doublings),
         is_lit: whole.is_lit(),
     };

@@ -59,6 +59,9 @@ pub struct Trial {
     pub error: f64,
     /// The same relative to the squared brightness of the pixels' neighbourhoods.
     pub relative: f64,
+    /// Of both errors, what is left without one standard error of their own: near 0 where a few
+    /// pixels hold them, near 1 where all do.
+    pub certain: f64,
     /// What is known of the candidate that the pilot is too small to show: a factor of its errors.
     pub prior: f64,
     /// Whether its images hold any light. Without any they have no error, which proves nothing.
@@ -68,11 +71,13 @@ pub struct Trial {
 impl Trial {
     /// Cost times error times prior, what is to be least. The error is the geometric mean of the
     /// squared and the relative one: the first is that of the brightest pixels, which the method
-    /// may not touch at all, and of rare outliers. Infinite of images without light.
+    /// may not touch at all, and of rare outliers. Only what is certain of it counts: one outlier
+    /// in the pilot says little about how many an image has. Infinite of images without light.
     pub fn merit(&self) -> f64 {
         if !self.is_lit {
             return f64::INFINITY;
         }
-        self.prior * self.cost * f64::from(self.frames) * (self.error * self.relative).sqrt()
+        let error = self.certain * (self.error * self.relative).sqrt();
+        self.prior * self.cost * f64::from(self.frames) * error
     }
 }

@@ -24,6 +24,9 @@ pub(super) struct Images {
 /// Seeds of the two images, apart from those that images are rendered with.
 const SEEDS: [u64; 2] = [0x5bd1_e995_a1f0_73c4, 0x9e6c_63d0_26b4_1d8b];
 
+/// Pixels with an error, from which on outliers among them show.
+const FEW_PIXELS: usize = 16;
+
 /// Side of the squares whose brightness relative errors refer to, in pixels.
 const CELL: usize = 8;
 
@@ -182,9 +185,35 @@ impl Images {
 
     /// Mean squared error with these weights.
     pub fn weighed(&self, weights: &[f64]) -> f64 {
+        self.weighed_errors(weights).sum::<f64>() / weights.len().max(1) as f64
+    }
+
+    /// Errors of the pixels that have any, with these weights.
+    fn weighed_errors(&self, weights: &[f64]) -> impl Iterator<Item = f64> {
         let errors = errors(&self.means).zip(weights);
-        let sum: f64 = errors.filter(|(error, _)| *error > 0.0).map(|(e, w)| e * w).sum();
-        sum / weights.len().max(1) as f64
+        errors.filter(|(error, _)| *error > 0.0).map(|(e, w)| e * w)
+    }
+
+    /// Whether enough pixels have an error for [`Images::certain`] to tell anything.
+    pub fn shows_outliers(&self) -> bool {
+        errors(&self.means).filter(|error| *error > 0.0).count() >= FEW_PIXELS
+    }
+
+    /// Of the error, what is left without one standard error of its own; of both errors, the
+    /// geometric mean.
+    pub fn certain(&self, weights: &[f64]) -> f64 {
+        (certain(errors(&self.means)) * certain(self.weighed_errors(weights))).sqrt()
+    }
+}
+
+/// `(S₁ − √S₂) / S₁` of the values' sum and the sum of their squares: a sum of rare values, whose
+/// number is Poisson's, has the variance `S₂`.
+fn certain(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
+    if sum > 0.0 && f64::is_finite(squares) {
+        (1.0 - f64::sqrt(squares) / sum).max(0.0)
+    } else {
+        1.0
     }
 }
 
@@ -195,4 +224,23 @@ fn half_squared_difference(a: &[f32; 3], b: &[f32; 3]) -> f64 {
         .zip(b)
         .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
     squares.sum::<f64>() / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::certain;
+
+    /// One outlier is chance; what a hundred equal pixels hold is known to a tenth.
+    #[test]
+    fn an_outlier_is_not_certain() {
+        let body = [1.0; 100];
+        assert!((certain(body.into_iter()) - 0.9).abs() < 1e-12);
+        let with_outlier = body.into_iter().chain([1e4]);
+        let left = certain(with_outlier.clone()) * with_outlier.sum::<f64>();
+        assert!((99.0..101.0).contains(&left), "{left}");
+        // Nothing is known of nothing.
+        for values in [vec![], vec![0.0], vec![1e200, 1e200], vec![f64::NAN]] {
+            assert_eq!(certain(values.into_iter()), 1.0);
+        }
+    }
 }

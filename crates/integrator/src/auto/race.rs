@@ -101,6 +101,8 @@ impl Race<'_, '_> {
         });
         let shown = done.iter().filter(|(method, _)| method.name() != RESAMPLING);
         let weights = weights(shown.map(|(_, images)| images), width as usize);
+        let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
+        let shows_outliers = done.iter().all(shows);
         let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
         let trials = done.iter().map(|(method, images)| {
             let cost = FrameCost::of(method, &self.features);
@@ -116,6 +118,11 @@ impl Race<'_, '_> {
                 cost,
                 error: images.error,
                 relative: images.weighed(&weights),
+                certain: if shows_outliers {
+                    images.certain(&weights)
+                } else {
+                    1.0
+                },
                 prior: prior(method, images.frames),
                 is_lit: images.is_lit(),
             }
