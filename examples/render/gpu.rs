@@ -2,7 +2,9 @@
 
 use crate::arguments::Arguments;
 use crate::failure::Failure;
-use lightshed::film::{Budget, Progress, RenderOptions, RenderOutcome};
+#[cfg(feature = "gpu")]
+use lightshed::film::Budget;
+use lightshed::film::{Progress, RenderOptions, RenderOutcome};
 use lightshed::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;

@@ -46,12 +46,21 @@ impl TriangleBlock {
     }
 }
 
+/// A number below three for the compiler, which then checks no index.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum Axis {
+    X,
+    Y,
+    Z,
+}
+
 /// What the test needs of a ray.
 #[derive(Clone, Copy)]
 pub struct TriangleRay {
     pub origin: [f32; 3],
     /// Axes permuted so that the last is the one along which the direction is longest.
-    axes: [usize; 3],
+    axes: [Axis; 3],
     /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
     shear: [f32; 3],
 }
@@ -69,20 +78,24 @@ impl TriangleRay {
     pub fn new(ray: &Ray, inverse_direction: [f32; 3]) -> Self {
         let d = ray.direction.to_array();
         let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
-        let kz = if magnitude[0] > magnitude[1] {
+        const CYCLES: [[Axis; 3]; 3] = [
+            [Axis::Y, Axis::Z, Axis::X],
+            [Axis::Z, Axis::X, Axis::Y],
+            [Axis::X, Axis::Y, Axis::Z],
+        ];
+        let longest = if magnitude[0] > magnitude[1] {
             if magnitude[0] > magnitude[2] { 0 } else { 2 }
         } else if magnitude[1] > magnitude[2] {
             1
         } else {
             2
         };
-        const NEXT: [usize; 3] = [1, 2, 0];
-        let kx = NEXT[kz];
-        let ky = NEXT[kx];
+        let axes = CYCLES[longest];
+        let [kx, ky, kz] = axes.map(|axis| axis as usize);
         let inverse_z = inverse_direction[kz];
         Self {
             origin: ray.origin.to_array(),
-            axes: [kx, ky, kz],
+            axes,
             shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
         }
     }
@@ -96,7 +109,11 @@ impl TriangleRay {
 
     #[inline(always)]
     fn corner<L: Lanes>(&self, corner: &[[f32; 8]; 3]) -> Sheared<L> {
-        let [kx, ky, kz] = self.axes;
+        let [kx, ky, kz] = [
+            self.axes[0] as usize,
+            self.axes[1] as usize,
+            self.axes[2] as usize,
+        ];
         let z = L::load(&corner[kz]) - L::splat(self.origin[kz]);
         let x = L::load(&corner[kx]) - L::splat(self.origin[kx]) - L::splat(self.shear[0]) * z;
         let y = L::load(&corner[ky]) - L::splat(self.origin[ky]) - L::splat(self.shear[1]) * z;

@@ -59,12 +59,12 @@ impl Child {
 /// Eight children with their boxes, laid out so that bit `a` of a child's slot says whether it lies
 /// towards the positive side of axis `a`, as far as the children can be told apart so; a ray then
 /// meets them about in the order of their slots, exclusive-or the octant of its direction (Ylitie,
-/// Karras and Laine 2017 §3.2). One row of eight a bound:
-/// `min.x, min.y, min.z, max.x, max.y, max.z`.
+/// Karras and Laine 2017 §3.2). One row of eight a bound: `bounds[axis]` has the least and the
+/// greatest coordinates.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub struct Node {
-    pub bounds: [[f32; 8]; 6],
+    pub bounds: [[[f32; 8]; 2]; 3],
     pub children: [Child; 8],
 }
 
@@ -73,10 +73,8 @@ const _: () = assert!(size_of::<Node>() == 224);
 impl Node {
     /// A node without children.
     pub fn empty() -> Self {
-        let mut bounds = [[f32::INFINITY; 8]; 6];
-        bounds[3..].fill([f32::NEG_INFINITY; 8]);
         Self {
-            bounds,
+            bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
             children: [Child::EMPTY; 8],
         }
     }
@@ -84,8 +82,8 @@ impl Node {
     /// Sets child `slot` with its box.
     pub fn set(&mut self, slot: usize, min: Vec3, max: Vec3, child: Child) {
         for axis in 0..3 {
-            self.bounds[axis][slot] = min[axis];
-            self.bounds[3 + axis][slot] = max[axis];
+            self.bounds[axis][0][slot] = min[axis];
+            self.bounds[axis][1][slot] = max[axis];
         }
         self.children[slot] = child;
     }

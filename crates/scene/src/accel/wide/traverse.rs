@@ -30,12 +30,10 @@ const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 struct RayConstants {
     triangle: TriangleRay,
     inverse_direction: [f32; 3],
-    /// Row of the node's bounds in which the ray enters, and in which it leaves, along each axis.
-    near_row: [usize; 3],
-    far_row: [usize; 3],
     /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by
     /// where the children lie (see [`Node`]), so that far ones come first and the nearest is on
-    /// top.
+    /// top. Bit `a` says whether the ray goes to the positive side of axis `a`: it is the row of
+    /// the bounds in which the ray leaves.
     flip: u32,
 }
 
@@ -44,37 +42,37 @@ impl RayConstants {
     fn new(ray: &Ray) -> Self {
         let d = ray.direction.to_array();
         let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
-        let backwards = [
-            3 * usize::from(d[0].is_sign_negative()),
-            3 * usize::from(d[1].is_sign_negative()),
-            3 * usize::from(d[2].is_sign_negative()),
-        ];
+        let forwards = |axis: usize| u32::from(d[axis].is_sign_positive()) << axis;
         Self {
             triangle: TriangleRay::new(ray, inverse_direction),
             inverse_direction,
-            near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
-            far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
-            flip: 7 ^ (backwards[0] / 3 + backwards[1] / 3 * 2 + backwards[2] / 3 * 4) as u32,
+            flip: forwards(0) | forwards(1) | forwards(2),
         }
     }
 
-    /// Ray parameter at which the planes of `row` along `axis` are met.
+    /// Ray parameters at which the planes along `axis` are met: the nearer ones, and the farther.
     #[inline(always)]
-    fn slab<L: Lanes>(&self, node: &Node, axis: usize, row: usize) -> L {
-        (L::load(&node.bounds[row]) - L::splat(self.triangle.origin[axis]))
-            * L::splat(self.inverse_direction[axis])
+    fn slabs<L: Lanes>(&self, node: &Node, axis: usize) -> [L; 2] {
+        let far = (self.flip >> axis & 1) as usize;
+        let origin = L::splat(self.triangle.origin[axis]);
+        let inverse = L::splat(self.inverse_direction[axis]);
+        [
+            (L::load(&node.bounds[axis][far ^ 1]) - origin) * inverse,
+            (L::load(&node.bounds[axis][far]) - origin) * inverse,
+        ]
     }
 
     /// Where the ray enters each child's box, and in which it does before `t_max`.
     #[inline(always)]
     fn enter<L: Lanes>(&self, node: &Node, t_max: L) -> (L, u32) {
         // The argument that may be NaN comes first, see `Lanes`.
-        let near = self.slab::<L>(node, 2, self.near_row[2]).max(L::splat(0.0));
-        let near = self.slab::<L>(node, 1, self.near_row[1]).max(near);
-        let near = self.slab::<L>(node, 0, self.near_row[0]).max(near);
-        let far = self.slab::<L>(node, 2, self.far_row[2]).min(t_max);
-        let far = self.slab::<L>(node, 1, self.far_row[1]).min(far);
-        let far = self.slab::<L>(node, 0, self.far_row[0]).min(far);
+        let [x, y, z] = [
+            self.slabs::<L>(node, 0),
+            self.slabs::<L>(node, 1),
+            self.slabs::<L>(node, 2),
+        ];
+        let near = x[0].max(y[0].max(z[0].max(L::splat(0.0))));
+        let far = x[1].min(y[1].min(z[1].min(t_max)));
         (near, near.less_equal(far * L::splat(FAR_WIDENING)).bits())
     }
 }
