@@ -104,6 +104,7 @@ pub use restir::{
     GUIDE_UPDATES, GuideSource, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings,
     RestirGi, WorldReuse,
 };
+pub use volume::reuse::VolumePathReuse;
 
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};

@@ -11,7 +11,7 @@ use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
     GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
     RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
-    RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_scene::SkySampling;
@@ -84,6 +84,19 @@ pub static METHODS: &[MethodEntry] = &[
         },
         options: VOLPATH_OPTIONS,
         start: |stage, values, _| volpath(stage, values, VolumeTracking::Decomposition),
+    },
+    MethodEntry {
+        name: "volpath-reuse",
+        help: "Path tracing through participating media by small tiles of pixels that share their paths",
+        capabilities: MethodCapabilities {
+            media: true,
+            ..MethodCapabilities::FRAMES
+        },
+        options: &[options::LIGHTS, options::SKY, options::POINTS],
+        start: |stage, values, _| {
+            let method = VolumePathReuse::new(stage.scene(), path_emitters(stage, values)?);
+            frames(Ok::<_, String>(method.with_points(values.points())))
+        },
     },
     MethodEntry {
         name: "restir-volume",

@@ -1,4 +1,5 @@
 //! Paths through participating media.
 
 pub(crate) mod restir;
+pub(crate) mod reuse;
 pub(crate) mod volpath;

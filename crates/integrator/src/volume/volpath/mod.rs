@@ -8,9 +8,9 @@ mod shadow;
 mod tests;
 
 pub use flight::VolumeTracking;
-use flight::{Channels, fly};
+pub(super) use flight::{Channels, fly};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
-use numbers::SampleNumbers;
+pub(super) use numbers::SampleNumbers;
 pub(crate) use shadow::{Crossing, end_of};
 
 use crate::PathTracer;
@@ -78,7 +78,7 @@ const STRAIGHT: f32 = 1.0 - 2e-6;
 
 /// Whether light passes a primitive, and nothing but that is to be known of it.
 #[inline(always)]
-fn is_passed(scene: &Scene, primitive: u32) -> bool {
+pub(super) fn is_passed(scene: &Scene, primitive: u32) -> bool {
     matches!(
         scene.materials()[scene.primitive_material(primitive) as usize],
         Material::Null
@@ -95,20 +95,56 @@ fn lets_pass(material: &Material) -> bool {
     }
 }
 
+/// What a path on its way has done along its ray.
+pub(super) struct Resume {
+    /// The ray's hit, if that is known.
+    known: Option<Option<Hit>>,
+    /// Whether it has come through the medium to the hit.
+    has_flown: bool,
+    /// Whether emission at the hit has been counted.
+    has_met: bool,
+}
+
+impl Resume {
+    /// Nothing.
+    pub(super) const NEW: Self = Self {
+        known: None,
+        has_flown: false,
+        has_met: false,
+    };
+
+    /// It has come through to this hit, or past everything.
+    pub(super) fn flown(hit: Option<Hit>) -> Self {
+        Self {
+            known: Some(hit),
+            has_flown: true,
+            has_met: false,
+        }
+    }
+
+    /// The same, and has counted what is emitted there.
+    pub(super) fn met(hit: Option<Hit>) -> Self {
+        Self {
+            has_met: true,
+            ..Self::flown(hit)
+        }
+    }
+}
+
 /// A path on its way.
-struct State<K> {
-    ray: Ray,
+pub(super) struct State<K> {
+    pub(in crate::volume) ray: Ray,
     /// Which the ray is in.
-    medium: Option<u32>,
+    pub(in crate::volume) medium: Option<u32>,
     /// Its throughput is the product of albedos, BSDF weights and roulette; collisions cancel.
-    path: PathState<K>,
-    channels: Channels,
+    pub(in crate::volume) path: PathState<K>,
+    pub(in crate::volume) channels: Channels,
     /// Number of the edge that the ray is part of.
-    depth: u32,
-    radiance: Rgb,
+    pub(in crate::volume) depth: u32,
+    pub(in crate::volume) radiance: Rgb,
     /// What there is to tell, if somebody watches.
-    trail: Option<Trail>,
-    numbers: SampleNumbers,
+    pub(in crate::volume) trail: Option<Trail>,
+    pub(in crate::volume) numbers: SampleNumbers,
 }
 
 impl<'a, S: EmitterSampler> VolumePathTracer<'a, S> {
@@ -168,8 +204,22 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         Self { tracking, ..self }
     }
 
-    fn transport(&self) -> &Transport<'a, S, G> {
+    #[inline(always)]
+    pub(super) fn transport(&self) -> &Transport<'a, S, G> {
         &self.tracer.transport
+    }
+
+    #[inline(always)]
+    pub(super) fn scene(&self) -> &'a Scene {
+        self.tracer.transport.scene
+    }
+
+    pub(super) fn camera_medium(&self) -> Option<u32> {
+        self.camera_medium
+    }
+
+    pub(super) fn is_spectral(&self) -> bool {
+        self.spectral
     }
 
     /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path
@@ -190,33 +240,45 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         trail: Option<Trail>,
         numbers: SampleNumbers,
     ) -> State<S::Site> {
-        let (scene, sampler) = (self.transport().scene, &self.transport().sampler);
+        let scene = self.transport().scene;
         let hero = if self.spectral { rng.next_u32() } else { 0 };
-        let mut state = State {
-            ray,
-            medium,
-            path: PathState::START,
-            channels: Channels::new(hero),
-            depth: 1,
-            radiance: Rgb::ZERO,
-            trail,
-            numbers,
-        };
+        let mut state = State::start(ray, medium, hero, numbers);
+        state.trail = trail;
         let settled = |hit: Hit| scene.settled(&ray, hit);
-        let (mut known, mut crossings) = (known.map(|hit| hit.map(settled)), 0);
+        let resume = Resume {
+            known: known.map(|hit| hit.map(settled)),
+            ..Resume::NEW
+        };
+        self.walk_on(&mut state, resume, rng);
+        state
+    }
+
+    /// Follows a path to its end from where it is.
+    #[inline(always)]
+    pub(super) fn walk_on(&self, state: &mut State<S::Site>, resume: Resume, rng: &mut CounterRng) {
+        let (scene, sampler) = (self.transport().scene, &self.transport().sampler);
+        let Resume {
+            mut known,
+            mut has_flown,
+            mut has_met,
+        } = resume;
+        let mut crossings = 0;
         while self.transport().max_depth > 0 && crossings < MOST_CROSSINGS {
             // If no surface can come before a collision, none is searched before.
             let mut hit = known.take();
-            let guiding = self.guiding(&state);
+            let guiding = self.guiding(state);
             if hit.is_none()
                 && (guiding.is_some() || !state.medium.is_some_and(|medium| scene.medium_is_clear(medium)))
             {
                 hit = Some(scene.nearest(&state.ray));
             }
-            if let Some(medium) = state.medium.map(|index| &scene.media()[index as usize]) {
+            let flies = !std::mem::take(&mut has_flown);
+            if let Some(medium) = state.medium.map(|index| &scene.media()[index as usize])
+                && flies
+            {
                 let t_max = hit.flatten().map_or(state.ray.t_max, |hit| hit.t);
                 let guided = guiding.and_then(|guiding| {
-                    self.guided_flight(&mut state, &guiding, medium, hit.flatten(), t_max, rng)
+                    self.guided_flight(state, &guiding, medium, hit.flatten(), t_max, rng)
                 });
                 let distance = guided.unwrap_or_else(|| {
                     let mut numbers = state.numbers.flight(state.depth, rng);
@@ -231,7 +293,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
                 });
                 if let Some(t) = distance {
                     let position = state.ray.origin + state.ray.direction * t;
-                    if self.collide(&mut state, medium, position, rng).is_none() {
+                    if self.collide(state, medium, position, rng).is_none() {
                         break;
                     }
                     continue;
@@ -243,31 +305,32 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             {
                 crossings += 1;
                 let point = scene.surface(&state.ray, &hit);
-                self.arrive(&mut state, point.position, FlightEnd::Boundary);
+                self.arrive(state, point.position, FlightEnd::Boundary);
                 state.cross(scene, &point);
                 continue;
             }
             let point = hit.map(|hit| scene.surface(&state.ray, &hit));
-            let met = state.path.met(scene, sampler, &state.ray, point.as_ref());
-            let place = point.map(|point| point.position);
-            state.add(state.depth, false, place, state.weighted(met));
+            if !std::mem::take(&mut has_met) {
+                let met = state.path.met(scene, sampler, &state.ray, point.as_ref());
+                let place = point.map(|point| point.position);
+                state.add(state.depth, false, place, state.weighted(met));
+            }
             let Some(point) = point else { break };
             if matches!(scene.materials()[point.material as usize], Material::Null) {
                 crossings += 1;
                 state.cross(scene, &point);
                 continue;
             }
-            self.arrive(&mut state, point.position, FlightEnd::Surface);
-            if self.bounce(&mut state, &point, rng).is_none() {
+            self.arrive(state, point.position, FlightEnd::Surface);
+            if self.bounce(state, &point, rng).is_none() {
                 break;
             }
         }
-        state
     }
 
     /// A collision: emission, an emitter sample and the next direction. `None` ends the path.
     #[inline]
-    fn collide(
+    pub(super) fn collide(
         &self,
         state: &mut State<S::Site>,
         medium: &Medium,
@@ -376,6 +439,21 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
 }
 
 impl<K> State<K> {
+    /// At the beginning of `ray`, in that medium, with the word that chooses a channel.
+    #[inline(always)]
+    pub(super) fn start(ray: Ray, medium: Option<u32>, hero: u32, numbers: SampleNumbers) -> Self {
+        Self {
+            ray,
+            medium,
+            path: PathState::START,
+            channels: Channels::new(hero),
+            depth: 1,
+            radiance: Rgb::ZERO,
+            trail: None,
+            numbers,
+        }
+    }
+
     /// Weight in the pixel of radiance at the end of the ray.
     #[inline(always)]
     fn weighted(&self, radiance: Rgb) -> Rgb {
@@ -393,7 +471,7 @@ impl<K> State<K> {
 
     /// Goes on behind a surface that lets all light pass.
     #[inline(always)]
-    fn cross(&mut self, scene: &Scene, point: &SurfacePoint) {
+    pub(super) fn cross(&mut self, scene: &Scene, point: &SurfacePoint) {
         let crossing = Crossing::new(scene, point, &self.ray, self.medium, end_of(&self.ray));
         (self.ray, self.medium) = (crossing.ray, crossing.medium);
     }

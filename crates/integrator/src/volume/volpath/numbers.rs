@@ -20,7 +20,7 @@ const FIRST_EDGE: u32 = 1;
 /// the first flight: distances to its first three tentative collisions, and whether the first one
 /// is real. A homogeneous medium needs one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SampleNumbers {
+pub(in crate::volume) struct SampleNumbers {
     words: PathWords,
     pixel: u32,
     sample: u32,
@@ -98,7 +98,7 @@ thread_local! {
 }
 
 /// The numbers of one flight.
-pub(super) struct FlightNumbers<'a> {
+pub(in crate::volume) struct FlightNumbers<'a> {
     own: [u32; 4],
     /// How many of `own` have not been drawn.
     left: u32,
@@ -130,7 +130,7 @@ impl TryRng for FlightNumbers<'_> {
 }
 
 /// The numbers of one vertex of a path through media.
-pub(super) struct ScatteringNumbers<'a> {
+pub(in crate::volume) struct ScatteringNumbers<'a> {
     own: Option<VertexNumbers>,
     stream: &'a mut CounterRng,
 }

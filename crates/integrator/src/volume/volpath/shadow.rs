@@ -72,7 +72,12 @@ const WAITING: usize = 4;
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
     /// An unbiased estimate of the transmittance along the segment `ray`, which starts in the
     /// medium of that index: zero if a surface blocks it.
-    pub(super) fn transmittance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
+    pub(in crate::volume) fn transmittance(
+        &self,
+        ray: Ray,
+        medium: Option<u32>,
+        rng: &mut CounterRng,
+    ) -> Rgb {
         let scene = self.transport().scene;
         if let Some(index) = medium
             && let Some(passes) = scene.passes_grid_alone(&ray, index)

@@ -1,0 +1,150 @@
+//! Flights that remember their null collisions, and their densities from elsewhere.
+
+use lightshed_sampling::{CounterRng, f32_from_u32};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::volume::{
+    DensityAccessor, DensityField, Interval, TentativeCollisions, unbiased_ray_marching,
+    unbiased_ray_marching_lookups,
+};
+use lightshed_scene::{Medium, MediumDensity, Ray};
+
+/// Null collisions that a flight may have and be shared.
+pub const MOST_NULLS: usize = 16;
+
+/// The null collisions of a flight, in order: as shares of its length if it collides, as distances
+/// if it passes.
+#[derive(Clone, Copy, Debug)]
+pub struct Nulls {
+    places: [f32; MOST_NULLS],
+    count: usize,
+}
+
+impl Nulls {
+    fn places(&self) -> &[f32] {
+        &self.places[..self.count]
+    }
+}
+
+/// A flight through a grey medium.
+pub struct Flight {
+    /// Where it collides, if it does.
+    pub distance: Option<f32>,
+    /// `None` if they are too many.
+    pub nulls: Option<Nulls>,
+}
+
+/// Delta tracking along `ray`, whose direction is a unit vector, up to `t_max`.
+pub fn fly(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut CounterRng) -> Flight {
+    let k = medium.extinction().x;
+    let mut nulls = Nulls {
+        places: [0.0; MOST_NULLS],
+        count: 0,
+    };
+    let field = match medium.density() {
+        MediumDensity::Homogeneous => {
+            let t = -(-f32_from_u32(rng.next_u32())).ln_1p() / k;
+            return Flight {
+                distance: (t < t_max).then_some(t),
+                nulls: Some(nulls),
+            };
+        }
+        MediumDensity::Grid(field) => field,
+    };
+    let field_ray = field.field_ray(ray);
+    let interval = Interval { t0: 0.0, t1: t_max };
+    let mut density = field.grid().accessor();
+    let mut collisions = TentativeCollisions::new(field.majorants().segments(&field_ray, interval), k);
+    let mut count = 0;
+    let distance = loop {
+        let Some(collision) = collisions.next(rng) else {
+            break None;
+        };
+        let real = density.density(field_ray.at(collision.t));
+        if f32_from_u32(rng.next_u32()) * collision.majorant < real {
+            break Some(collision.t);
+        }
+        if let Some(place) = nulls.places.get_mut(count) {
+            *place = collision.t;
+        }
+        count += 1;
+    };
+    nulls.count = count.min(MOST_NULLS);
+    if let Some(distance) = distance {
+        for place in &mut nulls.places[..nulls.count] {
+            *place /= distance;
+        }
+    }
+    Flight {
+        distance,
+        nulls: (count <= MOST_NULLS).then_some(nulls),
+    }
+}
+
+/// Density of a flight from `from` along the unit vector `direction` with these null collisions,
+/// without that of the collision at its end: `e^{−∫σ̄} Π σ_n`. If it collides at that `distance`,
+/// null collisions are at shares of it, and the density is per share; otherwise they are at
+/// distances.
+pub fn flight_density(
+    medium: &Medium,
+    from: Vec3,
+    direction: Vec3,
+    distance: Option<f32>,
+    nulls: &Nulls,
+) -> f64 {
+    let k = medium.extinction().x;
+    let (length, unit) = (distance.unwrap_or(f32::INFINITY), distance.unwrap_or(1.0));
+    let field = match medium.density() {
+        MediumDensity::Homogeneous => return f64::from((-k * length).exp()),
+        MediumDensity::Grid(field) => field,
+    };
+    let field_ray = field.field_ray(&Ray::segment(from, direction, length));
+    let interval = Interval { t0: 0.0, t1: length };
+    let mut density = field.grid().accessor();
+    let mut places = nulls.places().iter();
+    let mut next = places.next();
+    let (mut depth, mut product) = (0.0f32, 1.0f64);
+    for segment in field.majorants().segments(&field_ray, interval) {
+        // An empty segment may be endless.
+        if segment.majorant > 0.0 {
+            depth += segment.majorant * (segment.t1 - segment.t0);
+        }
+        while let Some(place) = next {
+            let t = place * unit;
+            if t > segment.t1 {
+                break;
+            }
+            let null = segment.majorant - density.density(field_ray.at(t));
+            if !(null > 0.0) {
+                return 0.0;
+            }
+            product *= f64::from(k * null * unit);
+            next = places.next();
+        }
+    }
+    match next {
+        // Outside of the grid nothing collides.
+        Some(_) => 0.0,
+        None => product * f64::from((-k * depth).exp()),
+    }
+}
+
+/// The transmittance of `ray` through a grey medium, by unbiased ray marching.
+pub fn march(medium: &Medium, ray: &Ray, rng: &mut CounterRng) -> f32 {
+    let k = medium.extinction().x * ray.direction.length();
+    let MediumDensity::Grid(field) = medium.density() else {
+        return (-k * ray.t_max).exp();
+    };
+    let field_ray = field.field_ray(ray);
+    let interval = Interval {
+        t0: 0.0,
+        t1: ray.t_max,
+    };
+    let segments = field.majorants().segments(&field_ray, interval);
+    let residual = segments.clone().filter(|segment| segment.majorant > 0.0);
+    let depth: f32 = residual
+        .map(|segment| (segment.t1 - segment.t0) * (segment.majorant - segment.minorant))
+        .sum();
+    let lookups = unbiased_ray_marching_lookups(depth * k);
+    let mut density = field.grid().accessor();
+    unbiased_ray_marching(&mut density, &field_ray, segments, k, lookups, rng).value
+}
