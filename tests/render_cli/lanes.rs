@@ -4,7 +4,7 @@ use super::Folder;
 
 /// Scenes, small enough, and methods that run most of the code in lanes: tables of a few triangles
 /// and trees, instances and spheres, light trees, guides, caches, reservoirs and media.
-const MATRIX: [&str; 17] = [
+const MATRIX: [&str; 18] = [
     "cornell --method path",
     "cornell --method path --points independent",
     "cornell-glossy --method restir-pt",
@@ -20,6 +20,7 @@ const MATRIX: [&str; 17] = [
     "furnace --method restir-gi",
     "city:2 --method path",
     "cloud --method volpath",
+    "cloud --method volpath-reuse",
     "smoke-in-cornell --method restir-volume",
     "fire --method volpath",
 ];

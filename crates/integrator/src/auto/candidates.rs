@@ -22,12 +22,13 @@ pub(super) struct Family {
 
 /// Unbiased methods for stills that have been found to win somewhere, the plainest first, with
 /// whether they know media.
-const FAMILIES: [(&str, bool); 5] = [
+const FAMILIES: [(&str, bool); 6] = [
     ("path", false),
     ("direct:light-samples=4", false),
     ("path-reuse", false),
     ("restir-pt-offline", false),
     ("volpath", true),
+    ("volpath-reuse", true),
 ];
 
 /// Emitters from which on a tree over them may pay.
@@ -83,6 +84,7 @@ fn idle(name: &str, features: &SceneFeatures, max_depth: Option<u32>) -> Option<
     let longest = max_depth.unwrap_or(u32::MAX);
     match name {
         "path-reuse" | "restir-pt-offline" if longest < 3 => Some("there is no indirect light to share"),
+        "volpath-reuse" if longest < 2 => Some("nothing is scattered"),
         "path-reuse" | "restir-pt-offline" if !features.has_light() => Some("nothing emits"),
         "direct:light-samples=4" if longest != 2 => Some("paths have more than two edges"),
         "direct:light-samples=4" if features.area_emitters + features.delta_emitters == 0 => {

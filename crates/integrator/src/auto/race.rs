@@ -90,7 +90,8 @@ impl Race<'_, '_> {
     /// Works out costs, for which rays of paths may have been counted late.
     fn judge(&mut self, done: &[(Method, Images)]) {
         let [width, height] = self.plan.size(self.task.size).map(f64::from);
-        let shared = done.iter().find(|(method, _)| method.name() == "path-reuse");
+        let shares = |method: &Method| matches!(method.name(), "path-reuse" | "volpath-reuse");
+        let shared = done.iter().find(|(method, _)| shares(method));
         // A tree is a path with what it shares beside.
         let path = shared.and_then(|(_, images)| {
             let rays = RayCounts {

@@ -77,6 +77,19 @@ fn little_work_has_no_pilot() {
     }
 }
 
+/// Where first collisions of neighbouring pixels are near each other, light behind them is shared.
+#[test]
+fn a_cloud_is_shared() {
+    let mut scene = Scene::new(&builtin::cloud()).unwrap();
+    let task = AutoTask::new([192, 128], 64);
+    let choice = auto("auto")
+        .choose(&mut scene, &task, &AtomicBool::new(false))
+        .unwrap();
+    assert_eq!(choice.method.name(), "volpath-reuse", "{:?}", choice.trials);
+    let cost = choice.trials[1].cost / choice.trials[0].cost;
+    assert!((1.3..2.1).contains(&cost), "{cost}");
+}
+
 #[test]
 fn options_that_are_given_hold() {
     let of = |text: &str| choose(text, "many-lights", ENOUGH, 0);

@@ -50,6 +50,56 @@ fn segments_bound_the_density_and_cover_the_ray() {
     .unwrap();
 }
 
+/// Where both points are in one super-voxel, its bounds are those of the one segment between them.
+#[test]
+fn a_short_way_has_the_bounds_of_its_segment() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Swapped,
+    }
+    check_faults(&[Fault::Swapped], |fault| {
+        let mut rng = rng(3);
+        let (mut one, mut none) = (0, 0);
+        for medium in media(Filter::Trilinear) {
+            for _ in 0..60 {
+                let path = random_path(&medium, &mut rng);
+                let inside = medium.grid.bounds().clip(&path.ray, path.interval).unwrap();
+                let segments: Vec<Segment> = medium.segments(&path).collect();
+                for s in &segments {
+                    let inner = |share: f32| path.ray.at(s.t0 + (s.t1 - s.t0) * share);
+                    let range = match fault {
+                        None => medium.majorants.range_around(inner(0.3), inner(0.7)),
+                        Some(Fault::Swapped) => {
+                            let swap = |p: glam::Vec3| glam::Vec3::new(p.y, p.x, p.z);
+                            medium.majorants.range_around(swap(inner(0.3)), swap(inner(0.7)))
+                        }
+                    };
+                    // A part as short as rounding may lie in the cell beside.
+                    if (s.t1 - s.t0) * path.ray.direction.length() < 1e-2 {
+                        continue;
+                    }
+                    let expected = Some((s.minorant, s.majorant));
+                    if range.map(|range| (range.min, range.max)) != expected {
+                        return Err(format!("{range:?}, not {s:?}"));
+                    }
+                    one += 1;
+                }
+                let ends = [inside.t0, inside.t1].map(|t| path.ray.at(t));
+                if segments.iter().filter(|s| s.t1 - s.t0 > 1e-2).count() > 1 {
+                    assert_eq!(medium.majorants.range_around(ends[0], ends[1]), None);
+                    none += 1;
+                }
+            }
+        }
+        assert!(one > 100 && none > 50, "{one} and {none}");
+        Ok(())
+    })
+    .unwrap();
+    let medium = &media(Filter::Trilinear)[0];
+    let outside = medium.grid.bounds().max() + glam::Vec3::splat(100.0);
+    assert_eq!(medium.majorants.range_around(outside, outside), None);
+}
+
 #[test]
 fn one_segment_bounds_all() {
     let medium = &media(Filter::Trilinear)[0];

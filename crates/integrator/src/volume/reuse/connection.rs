@@ -1,6 +1,6 @@
 //! A pixel's way to what a tree has found.
 
-use super::flight::flight_density;
+use super::flight::{Way, flight_density};
 use super::tree::{Behind, First};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::PhaseFunction;
@@ -36,8 +36,12 @@ impl Connection {
                 if !(squared > 0.0) || look && scene.nearest(&segment).is_some() {
                     return None;
                 }
-                let nulls = &second.nulls;
-                let density = flight_density(medium, first.position, direction, Some(distance), nulls);
+                let way = Way {
+                    from: first.place,
+                    along: second.place - first.place,
+                    distance: Some(distance),
+                };
+                let density = flight_density(medium, &way, &second.nulls);
                 (direction, density / f64::from(squared))
             }
             Behind::Escape(escape) => {
@@ -46,8 +50,12 @@ impl Connection {
                 if look && scene.passes_grid_alone(&ray, first.medium) != Some(true) {
                     return None;
                 }
-                let density = flight_density(medium, first.position, direction, None, nulls);
-                (direction, density)
+                let way = Way {
+                    from: first.place,
+                    along: escape.movement,
+                    distance: None,
+                };
+                (direction, flight_density(medium, &way, nulls))
             }
         };
         let phase = medium.phase().phase_between(first.incoming, direction);

@@ -3,7 +3,7 @@
 use lightshed_sampling::{CounterRng, f32_from_u32};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{
-    DensityAccessor, DensityField, Interval, TentativeCollisions, unbiased_ray_marching,
+    DensityAccessor, DensityField, FieldRay, Interval, TentativeCollisions, unbiased_ray_marching,
     unbiased_ray_marching_lookups,
 };
 use lightshed_scene::{Medium, MediumDensity, Ray};
@@ -20,6 +20,11 @@ pub struct Nulls {
 }
 
 impl Nulls {
+    pub const NONE: Self = Self {
+        places: [0.0; MOST_NULLS],
+        count: 0,
+    };
+
     fn places(&self) -> &[f32] {
         &self.places[..self.count]
     }
@@ -36,10 +41,7 @@ pub struct Flight {
 /// Delta tracking along `ray`, whose direction is a unit vector, up to `t_max`.
 pub fn fly(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut CounterRng) -> Flight {
     let k = medium.extinction().x;
-    let mut nulls = Nulls {
-        places: [0.0; MOST_NULLS],
-        count: 0,
-    };
+    let mut nulls = Nulls::NONE;
     let field = match medium.density() {
         MediumDensity::Homogeneous => {
             let t = -(-f32_from_u32(rng.next_u32())).ln_1p() / k;
@@ -80,51 +82,82 @@ pub fn fly(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut CounterRng) -> Flig
     }
 }
 
-/// Density of a flight from `from` along the unit vector `direction` with these null collisions,
-/// without that of the collision at its end: `e^{−∫σ̄} Π σ_n`. If it collides at that `distance`,
-/// null collisions are at shares of it, and the density is per share; otherwise they are at
-/// distances.
-pub fn flight_density(
-    medium: &Medium,
-    from: Vec3,
-    direction: Vec3,
-    distance: Option<f32>,
-    nulls: &Nulls,
-) -> f64 {
+/// Where a flight begins and ends, in the space of a medium's grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    pub from: Vec3,
+    /// The movement to the end of a flight that collides, per unit of distance of one that passes.
+    pub along: Vec3,
+    /// Length of a flight that collides, in the world.
+    pub distance: Option<f32>,
+}
+
+/// Density of a flight with these null collisions, without that of the collision at its end:
+/// `e^{−∫σ̄} Π σ_n`. Of a flight that collides it is per share of its length for each null
+/// collision, of one that passes per distance.
+pub fn flight_density(medium: &Medium, way: &Way, nulls: &Nulls) -> f64 {
     let k = medium.extinction().x;
-    let (length, unit) = (distance.unwrap_or(f32::INFINITY), distance.unwrap_or(1.0));
+    let (length, unit) = match way.distance {
+        Some(distance) => (1.0, distance),
+        None => (f32::INFINITY, 1.0),
+    };
     let field = match medium.density() {
-        MediumDensity::Homogeneous => return f64::from((-k * length).exp()),
+        MediumDensity::Homogeneous => return f64::from((-k * unit * length).exp()),
         MediumDensity::Grid(field) => field,
     };
-    let field_ray = field.field_ray(&Ray::segment(from, direction, length));
-    let interval = Interval { t0: 0.0, t1: length };
+    let ray = FieldRay::new(way.from, way.along);
+    let rate = k * unit;
     let mut density = field.grid().accessor();
+    if way.distance.is_some()
+        && let Some(range) = field.majorants().range_around(way.from, way.from + way.along)
+    {
+        let mut product = f64::from((-rate * range.max).exp());
+        for place in nulls.places() {
+            product *= f64::from((rate * (range.max - density.density(ray.at(*place)))).max(0.0));
+        }
+        return product;
+    }
+    let interval = Interval { t0: 0.0, t1: length };
     let mut places = nulls.places().iter();
     let mut next = places.next();
     let (mut depth, mut product) = (0.0f32, 1.0f64);
-    for segment in field.majorants().segments(&field_ray, interval) {
+    for segment in field.majorants().segments(&ray, interval) {
         // An empty segment may be endless.
         if segment.majorant > 0.0 {
             depth += segment.majorant * (segment.t1 - segment.t0);
         }
-        while let Some(place) = next {
-            let t = place * unit;
+        while let Some(&t) = next {
             if t > segment.t1 {
                 break;
             }
-            let null = segment.majorant - density.density(field_ray.at(t));
+            let null = segment.majorant - density.density(ray.at(t));
             if !(null > 0.0) {
                 return 0.0;
             }
-            product *= f64::from(k * null * unit);
+            product *= f64::from(rate * null);
             next = places.next();
         }
     }
     match next {
         // Outside of the grid nothing collides.
         Some(_) => 0.0,
-        None => product * f64::from((-k * depth).exp()),
+        None => product * f64::from((-rate * depth).exp()),
+    }
+}
+
+/// A place in the space of a medium's grid; in a homogeneous medium there is none.
+pub fn place(medium: &Medium, position: Vec3) -> Vec3 {
+    match medium.density() {
+        MediumDensity::Grid(field) => field.to_field().transform_point3(position),
+        MediumDensity::Homogeneous => position,
+    }
+}
+
+/// The same of a direction.
+pub fn movement(medium: &Medium, direction: Vec3) -> Vec3 {
+    match medium.density() {
+        MediumDensity::Grid(field) => field.to_field().transform_vector3(direction),
+        MediumDensity::Homogeneous => direction,
     }
 }
 

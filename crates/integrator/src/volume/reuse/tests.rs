@@ -1,1 +1,219 @@
+//! Closed forms, and densities against quadrature.
 
+use super::flight::{Flight, Nulls, Way, flight_density, fly, march, movement, place};
+use super::share::UNBALANCED;
+use super::*;
+use lightshed_film::{Budget, RenderOptions, render_frames};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::volume::{Interval, regular_depth};
+use lightshed_scene::{
+    EmissionDescription, EmitterDescription, Medium, MediumDensity, PhaseDescription, Ray, SceneDescription,
+    builtin,
+};
+use lightshed_testkit::{MeanTest, check_faults};
+
+fn cloud([width, height]: [u32; 2], extinction: f32, g: f32) -> SceneDescription {
+    let mut description = builtin::cloud();
+    (description.settings.width, description.settings.height) = (width, height);
+    description.media[0].extinction = Rgb::splat(extinction);
+    description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
+    description
+}
+
+/// In white light, a medium that absorbs as much as it emits is not seen: the radiance is 1
+/// everywhere. Z-tests of whole frames, at 1e-6 each.
+#[test]
+fn white_light_stays_white() {
+    check_faults(&["unbalanced"], |fault| {
+        UNBALANCED.set(fault.is_some());
+        for (albedo, g, roulette) in [(1.0, 0.0, 1000), (0.5, 0.6, 1000), (0.8, -0.3, 1)] {
+            let mut description = cloud([13, 9], 8.0, g);
+            description.settings.max_depth = None;
+            description.settings.roulette_depth = roulette;
+            description.emitters = vec![EmitterDescription::Constant { radiance: Rgb::ONE }];
+            description.media[0].albedo = Rgb::splat(albedo);
+            description.media[0].emission = Some(EmissionDescription {
+                radiance: Rgb::ONE,
+                grid: None,
+            });
+            let scene = Scene::new(&description).unwrap();
+            let method = VolumePathReuse::new(&scene, scene.emitters_by_power());
+            let mut mean = MeanTest::new();
+            for seed in 0..150 {
+                let mut image = [Rgb::ZERO; 13 * 9];
+                // On this thread, for the fault.
+                let first = VolumePathReuse::<EmittersByPower<'_>>::first_tile(seed)[1] as usize;
+                let (head, rest) = image.split_at_mut(13 * first);
+                let mut top = 0;
+                for band in std::iter::once(head).chain(rest.chunks_mut(13 * TILE_SIDE as usize)) {
+                    method.render_row(top, (0, seed), band, &AtomicBool::new(false));
+                    top += (band.len() / 13) as u32;
+                }
+                assert!(image.iter().all(|value| value.is_finite()));
+                let sum: f64 = image.iter().map(|value| f64::from(value.y)).sum();
+                mean.push(sum / image.len() as f64);
+            }
+            println!("albedo {albedo}: {} by {}", mean.mean(), mean.variance());
+            mean.test_against(1.0, 1e-6)
+                .map_err(|error| format!("albedo {albedo}, g = {g}: {error}"))?;
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
+    UNBALANCED.set(false);
+}
+
+/// `T` between two places, exactly.
+fn transmittance(medium: &Medium, ray: &Ray) -> f64 {
+    let MediumDensity::Grid(field) = medium.density() else {
+        panic!("a grid")
+    };
+    let interval = Interval {
+        t0: 0.0,
+        t1: ray.t_max,
+    };
+    let depth = regular_depth(field.grid(), &field.field_ray(ray), interval).depth;
+    (-depth * f64::from(medium.extinction().x)).exp()
+}
+
+fn density(medium: &Medium, position: Vec3) -> f64 {
+    let MediumDensity::Grid(field) = medium.density() else {
+        panic!("a grid")
+    };
+    f64::from(
+        medium.extinction().x
+            * lightshed_scene::volume::DensityField::density(
+                field.grid(),
+                field.to_field().transform_point3(position),
+            ),
+    )
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    /// The null collisions count for one place only.
+    Forgotten,
+    /// Shares are those of another length.
+    Longer,
+}
+
+/// Flights from one place, weighted by their densities from another over those from their own, have
+/// the means of flights from the other: of those that pass, its transmittance; of those that
+/// collide, `∫ σ_t(x) T(x) dt` along the line of the first. Z-tests at 1e-6 each.
+#[test]
+fn densities_carry_flights_to_other_places() {
+    let scene = Scene::new(&cloud([4, 4], 10.0, 0.0)).unwrap();
+    let medium = &scene.media()[0];
+    check_faults(&[Fault::Forgotten, Fault::Longer], |fault| {
+        for (own, other) in [
+            (Vec3::new(-0.4, -0.2, 0.3), Vec3::new(-0.37, -0.21, 0.32)),
+            (Vec3::new(0.1, -0.3, 0.6), Vec3::new(0.05, -0.22, 0.61)),
+        ] {
+            let direction = Vec3::new(0.5, 0.6, -0.3).normalize();
+            let ray = Ray::new(own, direction);
+            let way = |from: Vec3, distance: Option<f32>| Way {
+                from: place(medium, from),
+                along: match distance {
+                    Some(distance) => place(medium, own + direction * distance) - place(medium, from),
+                    None => movement(medium, direction),
+                },
+                distance: distance.map(|distance| (own + direction * distance).distance(from)),
+            };
+            let spoilt = |mut way: Way, nulls: &Nulls| match fault {
+                Some(Fault::Forgotten) => flight_density(medium, &way, &Nulls::NONE),
+                Some(Fault::Longer) => {
+                    way.distance = way.distance.map(|distance| 1.1 * distance);
+                    flight_density(medium, &way, nulls)
+                }
+                None => flight_density(medium, &way, nulls),
+            };
+            let (mut passed, mut collided) = (MeanTest::new(), MeanTest::new());
+            let mut lost = 0;
+            for sample in 0..60_000 {
+                let mut rng = CounterRng::new(7, 1, sample);
+                let Flight { distance, nulls } = fly(medium, &ray, f32::INFINITY, &mut rng);
+                let Some(nulls) = nulls else {
+                    lost += 1;
+                    continue;
+                };
+                let ratio = spoilt(way(other, distance), &nulls)
+                    / flight_density(medium, &way(own, distance), &nulls);
+                passed.push(if distance.is_none() { ratio } else { 0.0 });
+                collided.push(if distance.is_some() { ratio } else { 0.0 });
+            }
+            assert!(lost < 10, "{lost} flights with too many null collisions");
+            let expected = transmittance(medium, &Ray::new(other, direction));
+            let steps = 4000;
+            let step = 3.0 / f64::from(steps);
+            let integral: f64 = (0..steps)
+                .map(|i| {
+                    let x = own + direction * ((f64::from(i) + 0.5) * step) as f32;
+                    let between = x - other;
+                    let length = between.length();
+                    let ray = Ray::segment(other, between / length, length);
+                    step * density(medium, x) * transmittance(medium, &ray)
+                })
+                .sum();
+            println!(
+                "{} of {expected}, {} of {integral}",
+                passed.mean(),
+                collided.mean()
+            );
+            let judge = |mean: MeanTest, expected| {
+                let test = mean.test_against(expected, 1e-6);
+                test.map(|_| ()).map_err(|error| error.to_string())
+            };
+            judge(passed, expected)?;
+            judge(collided, integral)?;
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
+}
+
+/// Transmittance towards emitters. A z-test at 1e-6.
+#[test]
+fn marching_has_the_mean_of_the_transmittance() {
+    let scene = Scene::new(&cloud([4, 4], 10.0, 0.0)).unwrap();
+    let medium = &scene.media()[0];
+    let ray = Ray::new(Vec3::new(0.1, -0.3, 0.6), Vec3::new(0.5, 0.6, -0.3).normalize());
+    let expected = transmittance(medium, &ray);
+    check_faults(&[()], |fault| {
+        let ray = match fault {
+            Some(()) => Ray::new(ray.origin + ray.direction * 0.02, ray.direction),
+            None => ray,
+        };
+        let mut mean = MeanTest::new();
+        for sample in 0..40_000 {
+            mean.push(f64::from(march(medium, &ray, &mut CounterRng::new(3, 0, sample))));
+        }
+        let test = mean.test_against(expected, 1e-6);
+        test.map(|_| ()).map_err(|error| error.to_string())
+    })
+    .unwrap();
+}
+
+/// Tiles at the image's edges are smaller; the image is the same by any number of threads, and each
+/// seed has tiles of its own.
+#[test]
+fn images_do_not_depend_on_threads() {
+    let scene = Scene::new(&cloud([21, 14], 20.0, 0.3)).unwrap();
+    let image = |threads: usize, seed: u64| {
+        let options = RenderOptions {
+            seed,
+            threads,
+            ..RenderOptions::new(21, 14, Budget::Samples(3))
+        };
+        let mut method = VolumePathReuse::new(&scene, scene.emitters_by_power()).with_points(PointSet::Sobol);
+        let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap();
+        outcome.film.mean_image()
+    };
+    for seed in 0..4 {
+        assert_eq!(image(1, seed).pixels(), image(3, seed).pixels());
+    }
+    let first = |seed| VolumePathReuse::<EmittersByPower<'_>>::first_tile(seed);
+    let mut tiles: Vec<_> = (0..200).map(first).collect();
+    tiles.sort_unstable();
+    tiles.dedup();
+    assert_eq!(tiles.len(), 16);
+}

@@ -1,7 +1,7 @@
 //! Paths of the pixels of a tile: up to their first collisions, and trees behind them.
 
 use super::TILE_PIXELS;
-use super::flight::{Nulls, fly, march};
+use super::flight::{self, Nulls, fly, march};
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
@@ -33,6 +33,8 @@ pub struct First<K> {
     pub site: K,
     pub medium: u32,
     pub position: Vec3,
+    /// The same in the space of the medium's grid.
+    pub place: Vec3,
     /// Direction of travel of the camera ray.
     pub incoming: Vec3,
     /// With the albedo.
@@ -50,6 +52,8 @@ pub enum Behind {
 /// A flight from the first collision past everything.
 pub struct Escape {
     pub direction: Vec3,
+    /// The same in the space of the medium's grid.
+    pub movement: Vec3,
     /// `None` if they are too many to be shared.
     pub nulls: Option<Nulls>,
     /// From there.
@@ -59,6 +63,8 @@ pub struct Escape {
 /// The second collision and what is behind it.
 pub struct Second {
     pub position: Vec3,
+    /// The same in the space of the medium's grid.
+    pub place: Vec3,
     pub nulls: Nulls,
     /// Radiance that is emitted, for each collision.
     pub emitted: Rgb,
@@ -182,18 +188,18 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         if transport.max_depth == 0 {
             return tree;
         }
-        let [x, y] = place.leader;
-        let id = SampleId {
+        let id = |[x, y]: [u32; 2]| SampleId {
             x,
             y,
             index: self.frame,
         };
-        let mut numbers = SampleNumbers::new(self.words, id);
+        let mut numbers = SampleNumbers::new(self.words, id(place.leader));
+        let own = SampleNumbers::new(self.words, id(place.pixel)).without_flight();
         let hero = match tracer.is_spectral() {
             true => tile_stream.next_u32(),
             false => 0,
         };
-        let mut state = State::start(ray, tracer.camera_medium(), hero, SampleNumbers::INDEPENDENT);
+        let mut state = State::start(ray, tracer.camera_medium(), hero, own);
         let known = Some(hit.map(|hit| scene.settled(&ray, hit)));
         let end = self.edge(&mut state, known, |medium, ray, t_max, channels| {
             let mut numbers = numbers.flight(1, &mut tile_stream);
@@ -274,6 +280,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
             site,
             medium: index,
             position,
+            place: flight::place(medium, position),
             incoming,
             throughput,
             survival,
@@ -291,12 +298,13 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         // Shared if it collides before any surface, or if there is none.
         let hit = (!scene.medium_is_clear(index)).then(|| scene.nearest(&state.ray));
         let t_max = hit.flatten().map_or(f32::INFINITY, |hit| hit.t);
-        let flight = fly(medium, &state.ray, t_max, rng);
-        let Some(distance) = flight.distance else {
+        let flown = fly(medium, &state.ray, t_max, rng);
+        let Some(distance) = flown.distance else {
             if scene.passes_grid_alone(&state.ray, index) == Some(true) {
                 tree.behind = Some(Behind::Escape(Escape {
                     direction: state.ray.direction,
-                    nulls: flight.nulls,
+                    movement: flight::movement(medium, state.ray.direction),
+                    nulls: flown.nulls,
                     radiance: met_emission(scene, &state.ray, None),
                 }));
                 return;
@@ -307,7 +315,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
             return;
         };
         let position = state.ray.origin + state.ray.direction * distance;
-        if let Some(nulls) = flight.nulls {
+        if let Some(nulls) = flown.nulls {
             tree.behind = Some(Behind::Collision(self.second(
                 state,
                 (index, position),
@@ -334,6 +342,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         let medium = &transport.scene.media()[index as usize];
         let mut second = Second {
             position,
+            place: flight::place(medium, position),
             nulls,
             emitted: match medium.emission() {
                 Some(_) => medium.emission_per_collision(position),

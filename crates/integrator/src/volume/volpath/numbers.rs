@@ -51,6 +51,12 @@ impl SampleNumbers {
         }
     }
 
+    /// Without stratified numbers for flights: the first one has had those of other pixels.
+    #[inline(always)]
+    pub fn without_flight(self) -> Self {
+        Self { flown: true, ..self }
+    }
+
     /// The numbers of a flight along the edge `depth`. Of the first flight of a path the first four
     /// are stratified; `stream` has the others.
     #[inline(always)]

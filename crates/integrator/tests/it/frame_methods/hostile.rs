@@ -4,7 +4,7 @@ use super::scenes::{every_emitter, small_description};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     CameraMotion, PathMapping, PathReuse, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
-    RestirSuffix, RestirSuffixOptions, SceneWorld,
+    RestirSuffix, RestirSuffixOptions, SceneWorld, VolumePathReuse,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
@@ -71,6 +71,10 @@ fn methods<'a>(
         (
             "path-reuse",
             Box::new(PathReuse::new(scene, scene.emitters_by_power())),
+        ),
+        (
+            "volpath-reuse",
+            Box::new(VolumePathReuse::new(scene, scene.emitters_by_power())),
         ),
     ]
 }

@@ -15,5 +15,6 @@ mod restir_pt;
 mod restir_volume;
 mod scenes;
 mod volume_motion;
+mod volume_reuse;
 mod world;
 mod world_paths;
