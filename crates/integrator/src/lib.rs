@@ -9,6 +9,7 @@
 //! | light by Markov chain mixtures, without a list of lights | [`Mixture`] |
 //! | paths that end in a cache of radiance, biased | [`CachedPaths`], [`PathEnding`] |
 //! | paths through participating media | [`VolumePathTracer`] |
+//! | the same by tiles that share what is behind their first collisions | [`VolumePathReuse`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
 //! | whichever method is best for a scene | [`Auto`], [`MethodRequest`] |
@@ -104,10 +105,10 @@ pub use restir::{
     GUIDE_UPDATES, GuideSource, GuidedWorlds, PathGuiding, RestirDi, RestirDiError, RestirDiSettings,
     RestirGi, WorldReuse,
 };
-pub use volume::reuse::VolumePathReuse;
 
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
+pub use volume::reuse::VolumePathReuse;
 pub use volume::volpath::{VolumePathTracer, VolumeTracking};
 pub use vpl::{
     MAX_FILTER_ITERATIONS, MAX_LIGHT_PATHS, MAX_VPL_BOUNCES, ShadowTargets, VplBrute, VplError, VplGrid,

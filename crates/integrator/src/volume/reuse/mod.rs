@@ -13,7 +13,7 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use lightshed_film::{FrameMethod, RayCounts, RayTally};
 use lightshed_sampling::{CounterRng, PointSet, parallel};
-use lightshed_scene::{EmittersByPower, Rgb, Scene};
+use lightshed_scene::{EmittersByPower, Material, Rgb, Scene};
 use share::Sharing;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::{Ground, Tree};
@@ -65,6 +65,8 @@ use tree::{Ground, Tree};
 /// ```
 pub struct VolumePathReuse<'a, S = EmittersByPower<'a>> {
     tracer: VolumePathTracer<'a, S>,
+    /// Whether flights that leave the only grid see nothing but what is far away.
+    opens: bool,
     points: PointSet,
     tally: RayTally,
 }
@@ -75,11 +77,22 @@ const TILE_SIDE: u32 = 4;
 /// Pixels of a tile, at most.
 const TILE_PIXELS: usize = (TILE_SIDE * TILE_SIDE) as usize;
 
+/// Whether some surface emits and lets light pass.
+fn shines_and_lets_pass(scene: &Scene) -> bool {
+    let emitters = 0..scene.emitters().len() as u32;
+    let mut primitives = emitters.filter_map(|emitter| scene.emitter_primitive(emitter));
+    primitives.any(|primitive| {
+        let material = scene.primitive_material(primitive);
+        matches!(scene.materials()[material as usize], Material::Null)
+    })
+}
+
 impl<'a, S: EmitterSampler> VolumePathReuse<'a, S> {
     /// Paths with the lengths of the scene's settings.
     pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self {
             tracer: VolumePathTracer::new(scene, sampler),
+            opens: !shines_and_lets_pass(scene),
             points: PointSet::Independent,
             tally: RayTally::default(),
         }
@@ -106,6 +119,7 @@ impl<'a, S: EmitterSampler> VolumePathReuse<'a, S> {
         let ground = Ground {
             tracer: &self.tracer,
             tally: &self.tally,
+            opens: self.opens,
             words: PathWords {
                 points: self.points,
                 seed,

@@ -101,6 +101,7 @@ pub struct Onward {
 pub struct Ground<'t, 'a, S> {
     pub tracer: &'t VolumePathTracer<'a, S>,
     pub tally: &'t RayTally,
+    pub opens: bool,
     pub words: PathWords,
     pub frame: u32,
 }
@@ -228,10 +229,16 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
 
     /// Light of a path that has ended, whose rays are counted.
     fn counted(&self, state: &State<S::Site>) -> Rgb {
-        let behind = state.depth.saturating_sub(1) as usize;
-        self.tally.add(RayKind::Path, behind);
-        self.tally.add(RayKind::Emitter, behind);
+        self.count(state.depth.saturating_sub(1));
         state.radiance
+    }
+
+    /// Counts edges, each with an emitter sample.
+    fn count(&self, edges: u32) {
+        self.tally.add(RayKind::Path, edges as usize);
+        if !self.tracer.scene().emitters().is_empty() {
+            self.tally.add(RayKind::Emitter, edges as usize);
+        }
     }
 
     /// The first collision: emission, an emitter sample, and the second flight.
@@ -300,7 +307,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         let t_max = hit.flatten().map_or(f32::INFINITY, |hit| hit.t);
         let flown = fly(medium, &state.ray, t_max, rng);
         let Some(distance) = flown.distance else {
-            if scene.passes_grid_alone(&state.ray, index) == Some(true) {
+            if self.opens && scene.passes_grid_alone(&state.ray, index) == Some(true) {
                 tree.behind = Some(Behind::Escape(Escape {
                     direction: state.ray.direction,
                     movement: flight::movement(medium, state.ray.direction),
@@ -440,9 +447,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
             }
             End::Lost => (),
         }
-        let behind = state.depth.saturating_sub(3) as usize;
-        self.tally.add(RayKind::Path, behind);
-        self.tally.add(RayKind::Emitter, behind);
+        self.count(state.depth.saturating_sub(3));
         onward.beyond = state.radiance;
         (onward.met != Rgb::ZERO || onward.beyond != Rgb::ZERO).then_some(onward)
     }

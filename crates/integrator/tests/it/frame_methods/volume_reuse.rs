@@ -53,7 +53,7 @@ fn lamps() -> SceneDescription {
             flip_normals: false,
         }),
         material: null,
-        emission: Some(Rgb::splat(3.0)),
+        emission: Some(Rgb::splat(12.0)),
     });
     scene.emitters.push(EmitterDescription::Point {
         position: Vec3::new(0.4, -1.2, 0.9),
