@@ -47,7 +47,7 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
         "cloud",
         "A cloud under a sky: path tracing through media against paths that pixels share, and that frames share.",
         &["volpath", "auto", "volpath-reuse", "restir-volume"],
-        Some(4),
+        None,
     ),
 ];
 
