@@ -1,6 +1,7 @@
 //! Path reuse: the pixels of a tile share the trees of paths behind their first vertices.
 
 mod connections;
+mod grow;
 mod points;
 mod tree;
 mod vertices;
@@ -10,13 +11,14 @@ use crate::path::numbers::PathWords;
 use crate::path::transport::Transport;
 use crate::visible_emission::VisibleEmission;
 use connections::{BATCHES, TILE_PIXELS, Tile};
+use grow::Ground;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_sampling::{FramePasses, PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tree::{Ground, Trees};
+use tree::Trees;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
 ///
