@@ -5,8 +5,8 @@ use lightshed_scene::Rgb;
 /// Share of a tile's weight that is left after another tile.
 const KEPT: f32 = 0.95;
 
-/// The light of the trees of earlier tiles, the last ones most: the square of the mean of its square
-/// root. Rare bright paths would make a plain mean, and with it many tiles, far too bright.
+/// The light of the trees of earlier tiles, the last ones most: the square of the mean of its
+/// square root. Rare bright paths would make a plain mean, and with it many tiles, far too bright.
 #[derive(Default)]
 pub struct Control {
     /// Of square roots.
