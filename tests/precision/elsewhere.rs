@@ -159,6 +159,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "gives what it holds, or checks and stores",
         "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new ScatteredDirections::new FieldBounds::max \
          FieldBounds::min FieldBounds::new FieldRay::new FlightGuiding::defence FlightGuiding::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
+         MajorantGrid::range_around \
          Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
     ),
     (
@@ -175,7 +176,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-scene",
         "gives what it holds, or checks and stores",
-        "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from EmitterOutline::radiance Environment::constant_radiance FlatScene::corners MeshInstances::box_corners GridField::clip \
+        "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from EmitterOutline::radiance Environment::constant_radiance FlatScene::corners GlossyColumns::load GlossyColumns::splat MeshInstances::box_corners GridField::clip \
          GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels LoadLimits::set Material::at Medium::albedo Medium::albedo_at Medium::emission_per_collision \
          Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::read RayBatch::set \
          RayBatch::store RayBatch::store_compressed Scene::bounds Scene::bsdf Scene::coordinates Scene::diffuse_lanes Scene::extent \
@@ -185,7 +186,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
-         EmitterLanes::one_by_one EmitterLanes::shadow_rays EmittersByPower::sample_lanes Scene::intersect_emitting_many Scene::occluded \
+         EmitterLanes::one_by_one EmitterLanes::shadow_rays EmittersByPower::sample_lanes GlossyLanes::evaluate Scene::intersect_emitting_many Scene::occluded \
          Scene::nearest Scene::passes_grid_alone Scene::scatter_glossy Scene::settled",
     ),
     (
