@@ -1,6 +1,8 @@
 //! The paths by which the pixels of a tile reach the `x₂` of its trees.
 
 use super::points::{Far, Near, store_all, vector};
+use super::MOST_PIXELS;
+use super::reach::Reach;
 use super::tree::{Trees, Vertex};
 use crate::path::paths::lanes_within;
 use crate::path::scattered_lanes::{is_black, load_rows, load_vectors};
@@ -12,11 +14,9 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{RayBatch, Rgb, Scene};
 use std::ops::Range;
 
-/// Pixels of a tile, at most.
-pub const TILE_PIXELS: usize = 16;
-
-/// Groups of lanes of a tile's pixels.
-const GROUPS: usize = TILE_PIXELS / LANES;
+/// Blocks of connections that are worked on together: one block is a lit tree and [`LANES`] pixels.
+/// All pixels of the largest tile and one lit tree fill them.
+const BLOCKS: usize = MOST_PIXELS / LANES;
 
 type Row = [f32; LANES];
 type Rows = [Row; 3];
@@ -58,40 +58,118 @@ const NO_CONNECTIONS: Connections = Connections {
 /// A tree that has light to share.
 #[derive(Clone, Copy, Default)]
 struct Lit {
-    /// Its number in the tile and in the batch, and the place of its `x₂`.
-    index: usize,
+    /// Its batch, its number there, and the place of its `x₂`.
+    batch: usize,
     tree: usize,
     place: usize,
-    /// Whether an emitter sampled at `x₂` is seen, and whether there is light along the sampled
-    /// direction.
-    by_emitter: bool,
-    by_wi: bool,
+    /// The groups that share what an emitter sample at `x₂` found, and those that share what was
+    /// found along the sampled direction; none if there is no light.
+    by_emitter: Groups,
+    by_wi: Groups,
+    /// Both.
+    all: Groups,
+    /// Number of its first block.
+    block: usize,
+}
+
+/// Some groups that follow each other.
+#[derive(Clone, Copy, Default)]
+struct Groups {
+    first: usize,
+    end: usize,
+}
+
+impl Groups {
+    /// The groups of the `pixels` places, a power of two, around a place of the tile, of which
+    /// there are `count`.
+    fn around(place: usize, pixels: usize, count: usize) -> Self {
+        let wide = (pixels / LANES).max(1);
+        let first = place / LANES / wide * wide;
+        let end = (first + wide).min(count);
+        Self { first, end }
+    }
+
+    #[inline(always)]
+    fn contains(self, group: usize) -> bool {
+        (self.first..self.end).contains(&group)
+    }
+
+    #[inline(always)]
+    fn len(self) -> usize {
+        self.end - self.first
+    }
+}
+
+impl Lit {
+    /// The number of the block with a group.
+    #[inline(always)]
+    fn block(&self, group: usize) -> usize {
+        (self.block + group - self.all.first) % BLOCKS
+    }
+
+    /// The lane of its own pixel, if that is one of a group.
+    #[inline(always)]
+    fn own_lane(&self, group: &Group) -> Option<usize> {
+        let lane = self.tree.wrapping_sub(group.place);
+        (self.batch == group.batch && lane < LANES && group.lanes >> lane & 1 == 1).then_some(lane)
+    }
+}
+
+/// Eight pixels of a tile: their batch, the place of the first, and which of them there are.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    batch: usize,
+    place: usize,
+    lanes: u32,
+}
+
+impl Group {
+    /// The part of a set of a batch's places that is in this group.
+    #[inline(always)]
+    fn part(&self, set: u64) -> u32 {
+        (set >> self.place) as u32 & self.lanes
+    }
+}
+
+/// The connections of eight pixels to one lit tree.
+#[derive(Clone, Copy)]
+struct Block {
+    rows: Connections,
     /// Pixels that reach `x₂`, as bits.
     valid: u32,
 }
 
 /// Room for the work on a tile.
-pub struct Tile {
-    lit: [Lit; TILE_PIXELS],
-    count: usize,
-    /// By lit tree and group of pixels.
-    connections: [[Connections; GROUPS]; TILE_PIXELS],
-    /// Rays, batch by batch, with the places of their lit trees and their pixels.
+pub struct Sharing {
+    groups: Vec<Group>,
+    lit: Vec<Lit>,
+    /// The lit trees that are worked on, and their blocks: all groups of the first one, all of the
+    /// second …
+    work: Range<usize>,
+    blocks: [Block; BLOCKS],
+    /// Rays, batch by batch, with the places of their blocks and their lanes.
     rays: [RayBatch; BATCHES],
     owners: [[u8; MAX_BATCH]; BATCHES],
     counts: [usize; BATCHES],
     batch: usize,
 }
 
-/// A batch may lack a group to be full.
-pub const BATCHES: usize = TILE_PIXELS * TILE_PIXELS / (MAX_BATCH - LANES) + 1;
+const _: () = assert!(BLOCKS * LANES <= 1 << u8::BITS);
 
-impl Tile {
+/// A batch may lack a group to be full.
+pub const BATCHES: usize = BLOCKS * LANES / (MAX_BATCH - LANES) + 1;
+
+impl Sharing {
     pub fn new() -> Self {
+        let nothing = Block {
+            rows: NO_CONNECTIONS,
+            valid: 0,
+        };
         Self {
-            lit: [Lit::default(); TILE_PIXELS],
-            count: 0,
-            connections: [[NO_CONNECTIONS; GROUPS]; TILE_PIXELS],
+            groups: Vec::with_capacity(BLOCKS),
+            lit: Vec::with_capacity(MOST_PIXELS),
+            work: 0..0,
+            blocks: [nothing; BLOCKS],
             rays: [const { RayBatch::NOWHERE }; BATCHES],
             owners: [[0; MAX_BATCH]; BATCHES],
             counts: [0; BATCHES],
@@ -99,21 +177,71 @@ impl Tile {
         }
     }
 
-    /// Connects every pixel of the tile to every tree of it that has light to share, as far as
-    /// rays decide nothing.
-    pub fn connect(&mut self, scene: &Scene, lanes: LaneChoice, trees: &mut Trees, tile: &Range<usize>) {
-        self.find(trees, tile);
+    /// Begins the work on the trees of a square's pixels, `pixels` in all; each shares its light
+    /// as far as `reach` says.
+    pub fn begin(&mut self, batches: &[Trees], pixels: usize, reach: &Reach) {
+        self.groups.clear();
+        self.lit.clear();
+        self.work = 0..0;
+        let count = pixels.min(MOST_PIXELS).div_ceil(LANES);
+        for (batch, trees) in batches.iter().enumerate() {
+            let end = MAX_BATCH.min(pixels - batch * MAX_BATCH);
+            for place in (0..end).step_by(LANES) {
+                let lanes = lanes_within(place, end);
+                self.groups.push(Group { batch, place, lanes });
+            }
+            for tree in 0..end {
+                let Some(place) = trees.second(tree) else {
+                    continue;
+                };
+                let around = |brightness: f32| match brightness > 0.0 {
+                    true => Groups::around(batch * MAX_BATCH + tree, reach.pixels(brightness), count),
+                    false => Groups::default(),
+                };
+                let [by_emitter, by_wi] = trees.brightness(tree, place).map(around);
+                let all = if by_emitter.len() > by_wi.len() { by_emitter } else { by_wi };
+                if all.len() > 0 {
+                    self.lit.push(Lit {
+                        batch,
+                        tree,
+                        place,
+                        by_emitter,
+                        by_wi,
+                        all,
+                        block: 0,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Connects the next trees that have light to share to the pixels that share it, as far as
+    /// rays decide nothing; false if none is left.
+    pub fn connect(&mut self, scene: &Scene, lanes: LaneChoice, batches: &mut [Trees]) -> bool {
+        let start = self.work.end;
+        let mut blocks = 0;
+        for lit in &mut self.lit[start..] {
+            if blocks + lit.all.len() > BLOCKS {
+                break;
+            }
+            lit.block = blocks;
+            blocks += lit.all.len();
+            self.work.end += 1;
+        }
+        self.work.start = start;
         (self.counts, self.batch) = ([0; BATCHES], 0);
-        if self.count == 0 {
-            return;
+        if self.work.is_empty() {
+            return false;
+        }
+        for block in &mut self.blocks[..blocks] {
+            block.valid = 0;
         }
         lanes.run(Connect {
-            tile: self,
-            trees,
-            first: tile.start,
-            pixels: tile.len().min(TILE_PIXELS),
+            sharing: self,
+            batches,
         });
-        self.connect_others(scene, trees, tile);
+        self.connect_others(scene, batches);
+        true
     }
 
     /// The rays that must be free, batch by batch.
@@ -122,7 +250,7 @@ impl Tile {
     }
 
     /// Takes away the connections whose rays are blocked, bit by bit of a batch.
-    pub fn block(&mut self, batch: usize, mut blocked: u64) {
+    fn block(&mut self, batch: usize, mut blocked: u64) {
         let (Some(owners), Some(&count)) = (self.owners.get(batch), self.counts.get(batch)) else {
             return;
         };
@@ -130,44 +258,30 @@ impl Tile {
             blocked &= (1 << count) - 1;
         }
         while blocked != 0 {
-            let owner = owners[blocked.trailing_zeros() as usize % MAX_BATCH];
+            let owner = usize::from(owners[blocked.trailing_zeros() as usize % MAX_BATCH]);
             blocked &= blocked - 1;
-            let (lit, pixel) = (usize::from(owner) / TILE_PIXELS, usize::from(owner) % TILE_PIXELS);
-            self.lit[lit].valid &= !(1 << pixel);
+            self.blocks[owner / LANES].valid &= !(1 << (owner % LANES));
         }
     }
 
-    /// Adds what the connections bring to the pixels' own light.
-    pub fn add(&self, lanes: LaneChoice, trees: &mut Trees, first: usize) {
-        if self.count > 0 {
-            lanes.run(Add {
-                tile: self,
-                trees,
-                first,
-            });
+    /// Adds what the connections whose rays are not `blocked` bring to the pixels' own light.
+    pub fn add(&mut self, lanes: LaneChoice, blocked: [u64; BATCHES], batches: &mut [Trees]) {
+        for (batch, blocked) in blocked.into_iter().enumerate() {
+            self.block(batch, blocked);
         }
+        lanes.run(Add {
+            sharing: self,
+            batches,
+        });
     }
 
-    /// The trees that have light to share.
-    fn find(&mut self, trees: &Trees, tile: &Range<usize>) {
-        self.count = 0;
-        for (index, tree) in tile.clone().take(TILE_PIXELS).enumerate() {
-            let Some(place) = trees.second(tree) else {
-                continue;
-            };
-            let by_emitter = trees.behind.lit >> place & 1 == 1;
-            let by_wi = trees.is_bright(tree, place);
-            if by_emitter || by_wi {
-                self.lit[self.count] = Lit {
-                    index,
-                    tree,
-                    place,
-                    by_emitter,
-                    by_wi,
-                    valid: 0,
-                };
-                self.count += 1;
-            }
+    /// All groups that some tree at work shares its light with.
+    #[inline(always)]
+    fn groups_at_work(&self) -> Groups {
+        let at_work = &self.lit[self.work.clone()];
+        Groups {
+            first: at_work.iter().map(|lit| lit.all.first).min().unwrap_or(0),
+            end: at_work.iter().map(|lit| lit.all.end).max().unwrap_or(0),
         }
     }
 
@@ -181,29 +295,32 @@ impl Tile {
     }
 
     /// Connections of which one end or the other is not shaded in lanes.
-    fn connect_others(&mut self, scene: &Scene, trees: &mut Trees, tile: &Range<usize>) {
+    fn connect_others(&mut self, scene: &Scene, batches: &mut [Trees]) {
         let there = |vertex: &Vertex| vertex.alone | vertex.points.there;
-        let of_tile = |set: u64| set >> tile.start & ((1 << tile.len().min(TILE_PIXELS)) - 1);
-        let others = of_tile(trees.first.alone);
-        let is_alone = |place: usize, trees: &Trees| trees.second.alone >> place & 1 == 1;
-        for number in 0..self.count {
+        for number in self.work.clone() {
             let lit = self.lit[number];
-            let mut pixels = match is_alone(lit.place, trees) {
-                true => of_tile(there(&trees.first)),
-                false => others,
-            };
-            if pixels != 0 {
-                trees.second.know(scene, lit.place);
-            }
-            while pixels != 0 {
-                let pixel = pixels.trailing_zeros() as usize;
-                pixels &= pixels - 1;
-                trees.first.know(scene, tile.start + pixel);
-                if let (Some(first), Some(second)) = (
-                    &trees.first.known[tile.start + pixel],
-                    &trees.second.known[lit.place],
-                ) {
-                    self.connect_alone(number, pixel, [first, second], trees);
+            let is_alone = batches[lit.batch].second.alone >> lit.place & 1 == 1;
+            for index in lit.all.first..lit.all.end {
+                let group = self.groups[index];
+                let first = &batches[group.batch].first;
+                let mut pixels = match is_alone {
+                    true => group.part(there(first)),
+                    false => group.part(first.alone),
+                };
+                if pixels != 0 {
+                    batches[lit.batch].second.know(scene, lit.place);
+                }
+                while pixels != 0 {
+                    let lane = pixels.trailing_zeros() as usize;
+                    pixels &= pixels - 1;
+                    batches[group.batch].first.know(scene, group.place + lane);
+                    let lighted = &batches[lit.batch];
+                    if let (Some(first), Some(second)) = (
+                        &batches[group.batch].first.known[group.place + lane],
+                        &lighted.second.known[lit.place],
+                    ) {
+                        self.connect_alone(number, (index, lane), [first, second], lighted);
+                    }
                 }
             }
         }
@@ -212,7 +329,7 @@ impl Tile {
     fn connect_alone(
         &mut self,
         number: usize,
-        pixel: usize,
+        (index, lane): (usize, usize),
         [first, second]: [&SurfaceVertex; 2],
         trees: &Trees,
     ) {
@@ -234,13 +351,15 @@ impl Tile {
             true => second.bsdf.evaluate(wo, wi),
             false => Default::default(),
         };
-        let emitter = scattering(lit.by_emitter, vector(&trees.behind.light, lit.place));
-        let wi = scattering(lit.by_wi, vector(&trees.behind.wi, lit.place));
+        let emitter = scattering(lit.by_emitter.contains(index), vector(&trees.behind.light, lit.place));
+        let wi = scattering(lit.by_wi.contains(index), vector(&trees.behind.wi, lit.place));
         if emitter.value == Rgb::ZERO && wi.value == Rgb::ZERO {
             return;
         }
-        let (group, lane) = (pixel / LANES % GROUPS, pixel % LANES);
-        let connections = &mut self.connections[number][group];
+        let place = lit.block(index);
+        let block = &mut self.blocks[place];
+        block.valid |= 1 << lane;
+        let connections = &mut block.rows;
         let set = |rows: &mut Rows, value: Rgb| {
             for axis in 0..3 {
                 rows[axis][lane] = value[axis];
@@ -252,13 +371,12 @@ impl Tile {
         (connections.pdf[lane], connections.geometry[lane]) = (pdf, geometry);
         connections.emitter.pdf[lane] = emitter.pdf.value();
         connections.wi.pdf[lane] = wi.pdf.value();
-        self.lit[number].valid |= 1 << pixel;
         // A tree's own pixel has seen its x₂.
-        if pixel != lit.index {
+        if lit.own_lane(&self.groups[index]) != Some(lane) {
             let batch = self.room();
-            let place = self.counts[batch];
-            self.rays[batch].set(place, &first.point.segment_to(&second.point));
-            self.owners[batch][place % MAX_BATCH] = (number * TILE_PIXELS + pixel) as u8;
+            let ray = self.counts[batch];
+            self.rays[batch].set(ray, &first.point.segment_to(&second.point));
+            self.owners[batch][ray % MAX_BATCH] = (place * LANES + lane) as u8;
             self.counts[batch] += 1;
         }
     }
@@ -266,11 +384,8 @@ impl Tile {
 
 /// Connections between vertices in lanes.
 struct Connect<'a> {
-    tile: &'a mut Tile,
-    trees: &'a Trees,
-    /// The first of the tile's trees, and how many pixels it has.
-    first: usize,
-    pixels: usize,
+    sharing: &'a mut Sharing,
+    batches: &'a [Trees],
 }
 
 impl LaneKernel for Connect<'_> {
@@ -283,29 +398,30 @@ impl LaneKernel for Connect<'_> {
         if !L::IN_REGISTERS {
             return;
         }
-        for group in 0..GROUPS {
-            let start = group * LANES;
-            if start >= self.pixels {
-                return;
-            }
-            let lanes = lanes_within(start, self.pixels);
-            let near = Near::<L>::load(&self.trees.first.points, self.first + start, lanes);
+        let groups = self.sharing.groups_at_work();
+        for index in groups.first..groups.end {
+            let group = self.sharing.groups[index];
+            let points = &self.batches[group.batch].first.points;
+            let near = Near::<L>::load(points, group.place, group.lanes);
             if near.seen == 0 {
                 continue;
             }
-            for number in 0..self.tile.count {
-                self.eight(&near, number, group);
+            for number in self.sharing.work.clone() {
+                self.eight(&near, number, index);
             }
         }
     }
 }
 
 impl Connect<'_> {
-    /// The pixels `near` to one lit tree.
+    /// The pixels `near`, group number `index`, to one lit tree.
     #[inline(always)]
-    fn eight<L: Lanes>(&mut self, near: &Near<L>, number: usize, group: usize) {
-        let lit = self.tile.lit[number];
-        let seconds = &self.trees.second;
+    fn eight<L: Lanes>(&mut self, near: &Near<L>, number: usize, index: usize) {
+        let lit = self.sharing.lit[number];
+        if !lit.all.contains(index) {
+            return;
+        }
+        let seconds = &self.batches[lit.batch].second;
         if seconds.points.there >> lit.place & 1 == 0 {
             return;
         }
@@ -328,12 +444,12 @@ impl Connect<'_> {
         let seen = far.seen_from(-direction);
         let mut scatterings = [BLACK; 2];
         let mut lights = L::Mask::from_bits(0);
-        let behind = &self.trees.behind;
+        let behind = &self.batches[lit.batch].behind;
         // One after the other through the same code, which is long.
         let sides = [(lit.by_emitter, &behind.light), (lit.by_wi, &behind.wi)];
         for side in 0..2 {
-            let (is_used, wi) = sides[side];
-            if is_used {
+            let (groups, wi) = sides[side];
+            if groups.contains(index) {
                 let (value, pdf) = far.evaluate(&seen, vector(wi, lit.place));
                 lights = lights | !is_black(value);
                 scatterings[side] = Scattering {
@@ -346,41 +462,42 @@ impl Connect<'_> {
         if valid == 0 {
             return;
         }
-        let tile = &mut *self.tile;
+        let sharing = &mut *self.sharing;
         let [emitter, wi] = scatterings;
-        tile.connections[number][group] = Connections {
-            factor: factor.store(),
-            pdf: pdf.store(),
-            geometry: geometry.store(),
-            emitter,
-            wi,
+        let block = lit.block(index);
+        sharing.blocks[block] = Block {
+            rows: Connections {
+                factor: factor.store(),
+                pdf: pdf.store(),
+                geometry: geometry.store(),
+                emitter,
+                wi,
+            },
+            valid,
         };
-        let start = group * LANES;
-        tile.lit[number].valid |= valid << start;
         // A tree's own pixel has seen its x₂.
-        let mut traced = valid & !((1u32 << lit.index) >> start);
-        let batch = tile.room();
-        let mut place = tile.counts[batch];
+        let own = lit.own_lane(&sharing.groups[index]).map_or(0, |lane| 1 << lane);
+        let mut traced = valid & !own;
+        let batch = sharing.room();
+        let mut ray = sharing.counts[batch];
         let origin = near.origins_towards(between);
         let target = far.origins_towards(-between);
         let one = L::splat(1.0);
-        tile.rays[batch].store_compressed(place, origin, target - origin, one, traced);
+        sharing.rays[batch].store_compressed(ray, origin, target - origin, one, traced);
         while traced != 0 {
-            let pixel = start + traced.trailing_zeros() as usize;
+            let lane = traced.trailing_zeros() as usize;
             traced &= traced - 1;
-            tile.owners[batch][place % MAX_BATCH] = (number * TILE_PIXELS + pixel) as u8;
-            place += 1;
+            sharing.owners[batch][ray % MAX_BATCH] = (block * LANES + lane) as u8;
+            ray += 1;
         }
-        tile.counts[batch] = place;
+        sharing.counts[batch] = ray;
     }
 }
 
 /// Adds the light of connections.
 struct Add<'a> {
-    tile: &'a Tile,
-    trees: &'a mut Trees,
-    /// The first of the tile's trees.
-    first: usize,
+    sharing: &'a Sharing,
+    batches: &'a mut [Trees],
 }
 
 impl LaneKernel for Add<'_> {
@@ -389,22 +506,22 @@ impl LaneKernel for Add<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for number in 0..self.tile.count {
-            let lit = self.tile.lit[number];
-            let connections = &self.tile.connections[number];
-            let weights = weights(connections, &lit);
-            let light = Light::<L>::of(self.trees, &lit, weights);
-            for (group, connections) in connections.iter().enumerate() {
-                let valid = lit.valid >> (group * LANES) & ((1 << LANES) - 1);
-                if valid != 0 {
-                    let place = self.first + group * LANES;
-                    let own = load_vectors::<L>(&self.trees.own, place);
-                    let more = light.through(connections);
+        let sharing = self.sharing;
+        for lit in &sharing.lit[sharing.work.clone()] {
+            let blocks = &sharing.blocks[lit.block..lit.block + lit.all.len()];
+            let groups = &sharing.groups[lit.all.first..lit.all.end];
+            let weights = weights(blocks, groups, lit);
+            let light = Light::<L>::of(&self.batches[lit.batch], lit, weights);
+            for (block, group) in blocks.iter().zip(groups) {
+                if block.valid != 0 {
+                    let own = &mut self.batches[group.batch].own;
+                    let before = load_vectors::<L>(own, group.place);
+                    let more = light.through(&block.rows);
                     let size = more.abs();
                     let infinity = L::splat(f32::INFINITY);
                     let finite = size.x.less(infinity) & size.y.less(infinity) & size.z.less(infinity);
-                    let added = finite & L::Mask::from_bits(valid);
-                    store_all(&mut self.trees.own, place, (own + more).select(added, own));
+                    let added = finite & L::Mask::from_bits(block.valid);
+                    store_all(own, group.place, (before + more).select(added, before));
                 }
             }
         }
@@ -414,35 +531,37 @@ impl LaneKernel for Add<'_> {
 /// `m_i / p_i = 1 / Σ_j p_j` for the two continuations from `x₂`, by an emitter sample there and by
 /// the sampled direction, without the density of the emitter sample, which is the same for all
 /// pixels; 0 if the tree's own pixel cannot have made it.
-fn weights(connections: &[Connections; GROUPS], lit: &Lit) -> [f32; 2] {
+fn weights(blocks: &[Block], groups: &[Group], lit: &Lit) -> [f32; 2] {
     let (mut totals, mut own) = ([0.0f64; 2], [0.0f64; 2]);
-    let mut left = lit.valid;
-    while left != 0 {
-        let pixel = left.trailing_zeros() as usize;
-        left &= left - 1;
-        let (connections, lane) = (&connections[pixel / LANES % GROUPS], pixel % LANES);
-        let second = f64::from(connections.pdf[lane]) * f64::from(connections.geometry[lane]);
-        let is_black = |scattering: &Scattering| scattering.value.iter().all(|row| row[lane] == 0.0);
-        // A pixel that would not use a continuation does not make it.
-        let densities = [
-            match is_black(&connections.emitter) {
-                true => 0.0,
-                false => second,
-            },
-            match is_black(&connections.wi) {
-                true => 0.0,
-                false => second * f64::from(connections.wi.pdf[lane]),
-            },
-        ];
-        for (total, density) in totals.iter_mut().zip(densities) {
-            *total += if density.is_finite() {
-                density.max(0.0)
-            } else {
-                0.0
-            };
-        }
-        if pixel == lit.index {
-            own = densities;
+    for (block, group) in blocks.iter().zip(groups) {
+        let (connections, own_lane) = (&block.rows, lit.own_lane(group));
+        let mut left = block.valid;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let second = f64::from(connections.pdf[lane]) * f64::from(connections.geometry[lane]);
+            let is_black = |scattering: &Scattering| scattering.value.iter().all(|row| row[lane] == 0.0);
+            // A pixel that would not use a continuation does not make it.
+            let densities = [
+                match is_black(&connections.emitter) {
+                    true => 0.0,
+                    false => second,
+                },
+                match is_black(&connections.wi) {
+                    true => 0.0,
+                    false => second * f64::from(connections.wi.pdf[lane]),
+                },
+            ];
+            for (total, density) in totals.iter_mut().zip(densities) {
+                *total += if density.is_finite() {
+                    density.max(0.0)
+                } else {
+                    0.0
+                };
+            }
+            if own_lane == Some(lane) {
+                own = densities;
+            }
         }
     }
     std::array::from_fn(|way| {
@@ -478,9 +597,9 @@ impl<L: Lanes> Light<L> {
         let splat = |v: Rgb| Vec3Lanes::splat(v.to_array());
         let (met, met_pdf) = behind.met[tree].unwrap_or((Rgb::ZERO, 0.0));
         Self {
-            emitter: splat(match lit.by_emitter {
-                true => vector(&behind.light_weight, lit.place),
-                false => Rgb::ZERO,
+            emitter: splat(match lit.by_emitter.len() {
+                0 => Rgb::ZERO,
+                _ => vector(&behind.light_weight, lit.place),
             }),
             emitter_pdf: L::splat(behind.light_pdf.get(lit.place)),
             is_delta: behind.light_is_delta >> lit.place & 1 == 1,

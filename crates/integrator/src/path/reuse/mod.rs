@@ -3,6 +3,7 @@
 mod connections;
 mod grow;
 mod points;
+mod reach;
 mod tree;
 mod vertices;
 
@@ -10,14 +11,14 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use crate::path::transport::Transport;
 use crate::visible_emission::VisibleEmission;
-use connections::{BATCHES, TILE_PIXELS, Tile};
+use connections::{BATCHES, Sharing};
 use grow::Ground;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_sampling::{FramePasses, PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
+use reach::Reach;
 use tree::Trees;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
@@ -64,7 +65,13 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
 }
 
 /// Side of the squares that tiles are laid out in.
-const SQUARE: usize = TILE_PIXELS;
+const SQUARE: usize = 16;
+
+/// Pixels of a tile, at most.
+const MOST_PIXELS: usize = SQUARE * SQUARE;
+
+/// Makes the seed of trees that are not in the image.
+const APART: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Random bits that all pixels share: those of the tiles.
 const PASSES: FramePasses = match FramePasses::new(1, 1, 1) {
@@ -72,16 +79,13 @@ const PASSES: FramePasses = match FramePasses::new(1, 1, 1) {
     Err(_) => panic!("one pass"),
 };
 
-/// Pixels of some tiles, tile after tile, and where tiles end.
-type Tiles = (Vec<usize>, Vec<usize>);
-
 impl<'a, S: EmitterSampler> PathReuse<'a, S> {
     /// Paths with the lengths of the scene's settings.
     pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self {
             transport: Transport::new(scene, sampler),
             tally: RayTally::default(),
-            tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
+            tiles: Pattern::rooks_tiles(SQUARE as u32).expect("a fixed side in range"),
             points: PointSet::Independent,
             visible: None,
         }
@@ -122,14 +126,13 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
         PASSES.frame(seed, 0, self.extent().width).key(0)
     }
 
-    /// The tiles in the squares that start in row `top`.
-    fn tiles(&self, top: usize, key: u32) -> Tiles {
+    /// The pixels of the squares that start in row `top`, square after square.
+    fn squares(&self, top: usize, key: u32) -> Vec<Vec<usize>> {
         let (extent, width) = (self.extent(), self.extent().width as usize);
         let (first, last) = (top * width, ((top + SQUARE) * width).min(extent.len()));
         let mut taken = vec![false; last - first];
-        let (mut pixels, mut ends) = (Vec::with_capacity(last - first), Vec::new());
-        // By columns of squares, so that tiles of a square follow each other.
-        for left in (0..width).step_by(SQUARE) {
+        let square = |left: usize| {
+            let mut pixels = Vec::with_capacity(MOST_PIXELS);
             for row in (first..last).step_by(width) {
                 for pixel in row + left..row + width.min(left + SQUARE) {
                     if std::mem::replace(&mut taken[pixel - first], true) {
@@ -140,11 +143,11 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                         taken[other - first] = true;
                         pixels.push(other);
                     });
-                    ends.push(pixels.len());
                 }
             }
-        }
-        (pixels, ends)
+            pixels
+        };
+        (0..width).step_by(SQUARE).map(square).collect()
     }
 
     /// Renders the squares that start in row `top`, into the rows of the image from there on.
@@ -161,44 +164,58 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             words,
             visible: self.visible.as_ref(),
         };
-        let (pixels, ends) = self.tiles(top, self.key(seed));
+        let squares = self.squares(top, self.key(seed));
+        let mut trees: Vec<Trees> = (0..MOST_PIXELS / MAX_BATCH).map(|_| Trees::new()).collect();
         // Large: not on the stack.
-        let (mut trees, mut tile) = (Box::new(Trees::new()), Box::new(Tile::new()));
+        let mut sharing = Box::new(Sharing::new());
+        let mut reach = Reach::new();
         band.fill(Rgb::ZERO);
-        let mut start = 0;
-        // As many whole tiles at a time as trees grow together.
-        while start < pixels.len() && !cancel.load(Ordering::Relaxed) {
-            let within = ends.iter().take_while(|&&end| end <= start + MAX_BATCH);
-            let ends: Vec<usize> = within.copied().filter(|&end| end > start).collect();
-            let Some(&end) = ends.last() else { return };
-            let batch = &pixels[start..end];
-            ground.grow(batch, &mut trees);
-            let mut first = 0;
-            for tile_end in ends {
-                self.share(&mut tile, &mut trees, first..tile_end - start);
-                first = tile_end - start;
+        if self.transport.max_depth > 2 {
+            // Other trees than those of the image, for the first square.
+            let apart = PathWords {
+                seed: seed ^ APART,
+                ..words
+            };
+            let pilot = Ground {
+                words: apart,
+                ..ground
+            };
+            let some: Vec<usize> = (0..MAX_BATCH)
+                .map(|place| top * ground.width as usize + place * band.len() / MAX_BATCH)
+                .collect();
+            pilot.grow(&some, &mut trees[0]);
+            reach.learn(&trees[..1], some.len());
+        }
+        for pixels in squares {
+            if cancel.load(Ordering::Relaxed) {
+                return;
             }
-            for (tree, pixel) in batch.iter().enumerate() {
-                band[pixel - top * ground.width as usize] = trees.own(tree);
+            let batches = &mut trees[..pixels.len().div_ceil(MAX_BATCH)];
+            for (pixels, trees) in pixels.chunks(MAX_BATCH).zip(&mut *batches) {
+                ground.grow(pixels, trees);
             }
-            start = end;
+            self.share(&mut sharing, batches, pixels.len(), &reach);
+            reach.learn(batches, pixels.len());
+            for (place, pixel) in pixels.iter().enumerate() {
+                let own = batches[place / MAX_BATCH].own(place % MAX_BATCH);
+                band[pixel - top * ground.width as usize] = own;
+            }
         }
     }
 
-    /// Adds to the own light of a tile's trees the light that all of them have found behind their
+    /// Adds to the own light of a square's trees the light that others have found behind their
     /// first vertices.
-    fn share(&self, tile: &mut Tile, trees: &mut Trees, range: Range<usize>) {
+    fn share(&self, sharing: &mut Sharing, batches: &mut [Trees], pixels: usize, reach: &Reach) {
         let (scene, lanes) = (self.transport.scene, self.transport.lanes);
-        tile.connect(scene, lanes, trees, &range);
-        let mut blocked = [0; BATCHES];
-        for (blocked, (rays, count)) in blocked.iter_mut().zip(tile.rays()) {
-            self.tally.add(RayKind::Reconnection, count);
-            *blocked = scene.accelerator().occluded_batch(rays, count);
+        sharing.begin(batches, pixels, reach);
+        while sharing.connect(scene, lanes, batches) {
+            let mut blocked = [0; BATCHES];
+            for (blocked, (rays, count)) in blocked.iter_mut().zip(sharing.rays()) {
+                self.tally.add(RayKind::Reconnection, count);
+                *blocked = scene.accelerator().occluded_batch(rays, count);
+            }
+            sharing.add(lanes, blocked, batches);
         }
-        for (batch, blocked) in blocked.into_iter().enumerate() {
-            tile.block(batch, blocked);
-        }
-        tile.add(lanes, trees, range.start);
     }
 }
 

@@ -4,7 +4,9 @@ use super::points::{Points, vector};
 use crate::path::scattering::SurfaceVertex;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::Column;
-use lightshed_scene::{HitBatch, RayBatch, Rgb, Scene};
+use lightshed_sampling::{Density, SolidAngle, power_heuristic};
+use lightshed_scene::{HitBatch, RayBatch, Rgb, Scene, luminance};
+use std::f32::consts::FRAC_1_PI;
 
 /// The light that the path trees of up to [`MAX_BATCH`] pixels found.
 pub struct Trees {
@@ -142,10 +144,29 @@ impl Trees {
         (place != Self::NOWHERE).then_some(usize::from(place))
     }
 
-    /// Whether a tree has light along the direction sampled at its `x₂`.
-    #[inline(always)]
-    pub fn is_bright(&self, tree: usize, place: usize) -> bool {
+    /// About the radiance that an `x₂` sends on, of what was found by the emitter sample there and
+    /// along the sampled direction: the same for all pixels that could have made the path, so it
+    /// leaves out how glossy the surface is. 0 if there is nothing to share.
+    pub fn brightness(&self, tree: usize, place: usize) -> [f32; 2] {
         let (behind, tree) = (&self.behind, tree % MAX_BATCH);
-        behind.scattered >> place & 1 == 1 && (behind.met[tree].is_some() || behind.beyond[tree] != Rgb::ZERO)
+        let is_lit = behind.lit >> place & 1 == 1;
+        let is_scattered = behind.scattered >> place & 1 == 1;
+        let pdf = |wi: &[Column; 3]| Density::<SolidAngle>::new((wi[2].get(place) * FRAC_1_PI).abs().max(f32::MIN_POSITIVE));
+        let found = |is_there: bool, light: Rgb| match is_there && light != Rgb::ZERO {
+            // Not zero: something is there.
+            true => luminance(light).clamp(f32::MIN_POSITIVE, f32::MAX),
+            false => 0.0,
+        };
+        let by_pdf = pdf(&behind.light);
+        let mis = match behind.light_is_delta >> place & 1 == 1 {
+            true => 1.0,
+            false => power_heuristic(Density::new(behind.light_pdf.get(place)), by_pdf),
+        };
+        let light = vector(&behind.light_weight, place) * (by_pdf.value() * mis);
+        let met = match behind.met[tree] {
+            Some((met, pdf_solid_angle)) => met * power_heuristic(pdf(&behind.wi), Density::new(pdf_solid_angle)),
+            None => Rgb::ZERO,
+        };
+        [found(is_lit, light), found(is_scattered, met + behind.beyond[tree])]
     }
 }

@@ -6,7 +6,7 @@ use super::tree::Trees;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers};
 use crate::path::paths::{Paths, Shadows, lanes_within};
-use crate::path::scattered_lanes::{is_black, load_vectors, store_vectors};
+use crate::path::scattered_lanes::{is_black, store_vectors};
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, PathState, Shadow, Transport, UNSEEN};
 use lightshed_film::MAX_BATCH;
@@ -279,9 +279,9 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         };
         if !sample.is_delta {
             path.throughput = Rgb::ONE;
-            // Only for roulette. Colours are left out: black here (red times green, for example)
-            // may not be black from elsewhere.
-            path.eta_squared *= before.max_element() * sample.weight.max_element();
+            // Roulette takes the path as one that begins here: whether it ends must not depend on
+            // which pixel made it.
+            path.eta_squared = 1.0;
             let behind = &mut self.trees.behind;
             behind.scattered |= 1 << index;
             for axis in 0..3 {
@@ -359,10 +359,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         } else {
             self.trees.behind.scattered |= u64::from(survives) << place;
             store_vectors(&mut next.throughput, to, Vec3Lanes::new(one, one, one), survives);
-            // As when alone.
-            let before = load_vectors::<L>(&paths.throughput, place);
-            let eta_squared = before.max_element() * scattered.weight.max_element();
-            next.eta_squared.store_compressed(to, eta_squared, survives);
+            next.eta_squared.store_compressed(to, one, survives);
         }
         store_vectors(&mut next.from, to, point.position, survives);
         next.pdf.store_compressed(to, scattered.direction_pdf, survives);

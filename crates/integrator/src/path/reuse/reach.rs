@@ -1,0 +1,62 @@
+//! How many pixels share what a tree found.
+
+use super::MOST_PIXELS;
+use super::tree::Trees;
+use lightshed_film::MAX_BATCH;
+use lightshed_lanes::LANES;
+
+/// Pixels that share a path, in the mean over all trees, if no tree's number is bounded.
+fn connections() -> f64 {
+    static T: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+    *T.get_or_init(|| std::env::var("LS_K").ok().and_then(|t| t.parse().ok()).unwrap_or(24.0))
+}
+
+/// Share of the mean that stays from one square to the next.
+const KEPT: f64 = 0.75;
+
+/// How many pixels share a path: the more, the brighter it is beside the mean of trees.
+///
+/// A path of brightness `B` that `n` pixels share adds about `B² / n` to their variance and costs
+/// `n` connections. For a given number of connections the variance is least if `n` is
+/// proportional to `B`. The mean is that of other trees than those that share by it, so the
+/// number depends on the path alone and not on which pixel made it, and the balance heuristic
+/// over these pixels is unbiased.
+pub struct Reach {
+    brightness: f64,
+    trees: f64,
+}
+
+impl Reach {
+    pub fn new() -> Self {
+        Self {
+            brightness: 0.0,
+            trees: 0.0,
+        }
+    }
+
+    /// Learns from the trees of a square.
+    pub fn learn(&mut self, batches: &[Trees], pixels: usize) {
+        self.brightness *= KEPT;
+        self.trees = self.trees * KEPT + pixels as f64;
+        for (batch, trees) in batches.iter().enumerate() {
+            for tree in 0..MAX_BATCH.min(pixels - batch * MAX_BATCH) {
+                if let Some(place) = trees.second(tree) {
+                    let [by_emitter, by_wi] = trees.brightness(tree, place);
+                    self.brightness += (f64::from(by_emitter) + f64::from(by_wi)).min(f64::from(f32::MAX));
+                }
+            }
+        }
+    }
+
+    /// The number of pixels, a power of two.
+    pub fn pixels(&self, brightness: f32) -> usize {
+        let mean = self.brightness / self.trees.max(1.0);
+        let share = connections() * f64::from(brightness) / mean;
+        // The nearest power of two; the most without a mean.
+        let wanted = (share * std::f64::consts::SQRT_2).min(MOST_PIXELS as f64) as usize;
+        match mean > 0.0 {
+            true => (1 << wanted.max(LANES).ilog2()).min(MOST_PIXELS),
+            false => MOST_PIXELS,
+        }
+    }
+}
