@@ -1,8 +1,8 @@
-//! The paths by which the pixels of a tile reach the `x₂` of its trees.
+//! The paths by which pixels reach the `x₂` of others' trees.
 
 use super::points::{Far, Near, store_all, vector};
-use super::MOST_PIXELS;
 use super::reach::Reach;
+use super::squares::MOST_PIXELS;
 use super::tree::{Trees, Vertex};
 use crate::path::paths::lanes_within;
 use crate::path::scattered_lanes::{is_black, load_rows, load_vectors};
@@ -15,7 +15,7 @@ use lightshed_scene::{RayBatch, Rgb, Scene};
 use std::ops::Range;
 
 /// Blocks of connections that are worked on together: one block is a lit tree and [`LANES`] pixels.
-/// All pixels of the largest tile and one lit tree fill them.
+/// All pixels of a square and one lit tree fill them.
 const BLOCKS: usize = MOST_PIXELS / LANES;
 
 type Row = [f32; LANES];
@@ -80,8 +80,8 @@ struct Groups {
 }
 
 impl Groups {
-    /// The groups of the `pixels` places, a power of two, around a place of the tile, of which
-    /// there are `count`.
+    /// The groups of the `pixels` places, a power of two, around a place of a square with `count`
+    /// groups.
     fn around(place: usize, pixels: usize, count: usize) -> Self {
         let wide = (pixels / LANES).max(1);
         let first = place / LANES / wide * wide;
@@ -115,7 +115,7 @@ impl Lit {
     }
 }
 
-/// Eight pixels of a tile: their batch, the place of the first, and which of them there are.
+/// Eight pixels of a square: their batch, the place of the first, and which of them there are.
 #[derive(Clone, Copy, Default)]
 struct Group {
     batch: usize,
@@ -139,7 +139,7 @@ struct Block {
     valid: u32,
 }
 
-/// Room for the work on a tile.
+/// Room for the work on a square.
 pub struct Sharing {
     groups: Vec<Group>,
     lit: Vec<Lit>,
@@ -199,7 +199,11 @@ impl Sharing {
                     false => Groups::default(),
                 };
                 let [by_emitter, by_wi] = trees.brightness(tree, place).map(around);
-                let all = if by_emitter.len() > by_wi.len() { by_emitter } else { by_wi };
+                let all = if by_emitter.len() > by_wi.len() {
+                    by_emitter
+                } else {
+                    by_wi
+                };
                 if all.len() > 0 {
                     self.lit.push(Lit {
                         batch,
@@ -351,7 +355,10 @@ impl Sharing {
             true => second.bsdf.evaluate(wo, wi),
             false => Default::default(),
         };
-        let emitter = scattering(lit.by_emitter.contains(index), vector(&trees.behind.light, lit.place));
+        let emitter = scattering(
+            lit.by_emitter.contains(index),
+            vector(&trees.behind.light, lit.place),
+        );
         let wi = scattering(lit.by_wi.contains(index), vector(&trees.behind.wi, lit.place));
         if emitter.value == Rgb::ZERO && wi.value == Rgb::ZERO {
             return;

@@ -27,9 +27,18 @@ pub struct Ground<'a, S> {
     pub visible: Option<&'a VisibleEmission>,
 }
 
+// Not derived: a derive would ask for `S: Copy`.
+impl<S> Clone for Ground<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S> Copy for Ground<'_, S> {}
+
 impl<S: EmitterSampler> Ground<'_, S> {
     /// Grows a tree for each pixel, at most [`MAX_BATCH`].
-    pub fn grow(&self, pixels: &[usize], trees: &mut Trees) {
+    pub fn grow(&self, pixels: &[u32], trees: &mut Trees) {
         trees.clear();
         let (transport, scene) = (self.transport, self.transport.scene);
         let count = pixels.len().min(MAX_BATCH);
@@ -39,7 +48,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         let (mut paths, mut onward) = (Paths::new(), Paths::new());
         let mut ids = [SampleId::default(); MAX_BATCH];
         for (id, &pixel) in ids.iter_mut().zip(pixels) {
-            let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+            let (x, y) = (pixel % self.width, pixel / self.width);
             *id = SampleId {
                 x,
                 y,

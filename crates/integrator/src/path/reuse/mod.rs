@@ -1,9 +1,10 @@
-//! Path reuse: the pixels of a tile share the trees of paths behind their first vertices.
+//! Path reuse: pixels share the trees of paths behind their first vertices.
 
 mod connections;
 mod grow;
 mod points;
 mod reach;
+mod squares;
 mod tree;
 mod vertices;
 
@@ -14,30 +15,37 @@ use crate::visible_emission::VisibleEmission;
 use connections::{BATCHES, Sharing};
 use grow::Ground;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
-use lightshed_resampling::{Extent, Pattern};
-use lightshed_sampling::{FramePasses, PointSet, parallel};
+use lightshed_resampling::Extent;
+use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use std::sync::atomic::{AtomicBool, Ordering};
 use reach::Reach;
+use squares::{MOST_PIXELS, Squares};
+use std::sync::atomic::{AtomicBool, Ordering};
 use tree::Trees;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
 ///
-/// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex. Tiles of
-/// 16 pixels, one in each row and column of a square of 16 × 16 (the arrangement of Lin 2022
-/// §6.8.3), connect every `x₁` of theirs with every `x₂`: light behind `x₂` serves all of
-/// them, for one more ray each. Each square has tiles of its own, which depend on the seed. With
-/// pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j` with which pixel
-/// `j` makes it, in the measure of area at `x₂` and solid angle from there on,
+/// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex, and others connect
+/// their `x₁` with its `x₂`: light behind `x₂` serves all of them, for one more ray each. How many
+/// do depends on that light: `n ∝ B`, between 8 and the 256 of a square of 16 × 16 pixels, with
+/// its radiance `B` at `x₂` beside the mean of trees nearby. For a given number of connections that
+/// has the least variance, `Σ B² / n`. The `n` pixels follow each other along Morton's curve in
+/// the square. With pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j`
+/// with which pixel `j` makes it, in the measure of area at `x₂` and solid angle from there on,
 ///
 /// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
 ///
-/// the balance heuristic over the tile; `p_j` is zero if `x₁` of pixel `j` does not see `x₂`.
+/// the balance heuristic over the pixels `j` that share `x̄_i`, of which `k` is one; `p_j` is zero
+/// if `x₁` of pixel `j` does not see `x₂`. Which pixels share a path depends on its part behind
+/// `x₁` alone and not on who made it, so they are the same for all who might have.
 /// Scattering at `x₂` is evaluated again for each pixel. Direct light at `x₁`, and paths by
 /// delta lobes at `x₁` or from `x₂` on, belong to their own pixel only.
 ///
-/// The estimate is unbiased and frames are independent. The pixels of a tile are correlated, which
-/// is visible.
+/// The estimate is unbiased and frames are independent. The pixels of a square have errors in
+/// common, which is visible: as patches after a few frames, each of which has its squares at
+/// another place.
+///
+/// Roulette takes the part of a path behind `x₂` as a path of its own.
 ///
 /// ```
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
@@ -58,26 +66,13 @@ use tree::Trees;
 pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     transport: Transport<'a, S>,
     tally: RayTally,
-    tiles: Pattern,
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
 }
 
-/// Side of the squares that tiles are laid out in.
-const SQUARE: usize = 16;
-
-/// Pixels of a tile, at most.
-const MOST_PIXELS: usize = SQUARE * SQUARE;
-
 /// Makes the seed of trees that are not in the image.
 const APART: u64 = 0x9E37_79B9_7F4A_7C15;
-
-/// Random bits that all pixels share: those of the tiles.
-const PASSES: FramePasses = match FramePasses::new(1, 1, 1) {
-    Ok(passes) => passes,
-    Err(_) => panic!("one pass"),
-};
 
 impl<'a, S: EmitterSampler> PathReuse<'a, S> {
     /// Paths with the lengths of the scene's settings.
@@ -85,7 +80,6 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         Self {
             transport: Transport::new(scene, sampler),
             tally: RayTally::default(),
-            tiles: Pattern::rooks_tiles(SQUARE as u32).expect("a fixed side in range"),
             points: PointSet::Independent,
             visible: None,
         }
@@ -119,88 +113,54 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
         }
     }
 
-    /// Random bits by which tiles are laid out, the same in all frames: over the frames the numbers
-    /// of each pixel are stratified, and so is what it shares with the same pixels. Other tiles in
-    /// each frame had 1.2 to 1.6 times the error.
-    fn key(&self, seed: u64) -> u32 {
-        PASSES.frame(seed, 0, self.extent().width).key(0)
-    }
-
-    /// The pixels of the squares that start in row `top`, square after square.
-    fn squares(&self, top: usize, key: u32) -> Vec<Vec<usize>> {
-        let (extent, width) = (self.extent(), self.extent().width as usize);
-        let (first, last) = (top * width, ((top + SQUARE) * width).min(extent.len()));
-        let mut taken = vec![false; last - first];
-        let square = |left: usize| {
-            let mut pixels = Vec::with_capacity(MOST_PIXELS);
-            for row in (first..last).step_by(width) {
-                for pixel in row + left..row + width.min(left + SQUARE) {
-                    if std::mem::replace(&mut taken[pixel - first], true) {
-                        continue;
-                    }
-                    pixels.push(pixel);
-                    self.tiles.for_each(extent, pixel, key, |other| {
-                        taken[other - first] = true;
-                        pixels.push(other);
-                    });
-                }
-            }
-            pixels
-        };
-        (0..width).step_by(SQUARE).map(square).collect()
-    }
-
-    /// Renders the squares that start in row `top`, into the rows of the image from there on.
-    fn render_band(&self, top: usize, frame: u32, seed: u64, band: &mut [Rgb], cancel: &AtomicBool) {
-        let words = PathWords {
-            points: self.points,
-            seed,
-        };
-        let ground = Ground {
-            transport: &self.transport,
-            tally: &self.tally,
-            width: self.extent().width,
-            frame,
-            words,
-            visible: self.visible.as_ref(),
-        };
-        let squares = self.squares(top, self.key(seed));
+    /// Renders a row of squares into the rows of the image that it covers.
+    fn render_row(
+        &self,
+        ground: Ground<'_, S>,
+        squares: Squares,
+        (row, part): (usize, &mut [Rgb]),
+        first: Reach,
+        cancel: &AtomicBool,
+    ) {
         let mut trees: Vec<Trees> = (0..MOST_PIXELS / MAX_BATCH).map(|_| Trees::new()).collect();
         // Large: not on the stack.
         let mut sharing = Box::new(Sharing::new());
-        let mut reach = Reach::new();
-        band.fill(Rgb::ZERO);
-        if self.transport.max_depth > 2 {
-            // Other trees than those of the image, for the first square.
-            let apart = PathWords {
-                seed: seed ^ APART,
-                ..words
-            };
-            let pilot = Ground {
-                words: apart,
-                ..ground
-            };
-            let some: Vec<usize> = (0..MAX_BATCH)
-                .map(|place| top * ground.width as usize + place * band.len() / MAX_BATCH)
-                .collect();
-            pilot.grow(&some, &mut trees[0]);
-            reach.learn(&trees[..1], some.len());
-        }
-        for pixels in squares {
+        let mut pixels = Vec::with_capacity(MOST_PIXELS);
+        let (mut reach, start) = (first, (squares.top(row) * ground.width) as usize);
+        for column in 0..squares.columns() {
             if cancel.load(Ordering::Relaxed) {
                 return;
             }
+            squares.pixels(column, row, &mut pixels);
             let batches = &mut trees[..pixels.len().div_ceil(MAX_BATCH)];
             for (pixels, trees) in pixels.chunks(MAX_BATCH).zip(&mut *batches) {
                 ground.grow(pixels, trees);
             }
             self.share(&mut sharing, batches, pixels.len(), &reach);
             reach.learn(batches, pixels.len());
-            for (place, pixel) in pixels.iter().enumerate() {
-                let own = batches[place / MAX_BATCH].own(place % MAX_BATCH);
-                band[pixel - top * ground.width as usize] = own;
+            for (place, &pixel) in pixels.iter().enumerate() {
+                part[pixel as usize - start] = batches[place / MAX_BATCH].own(place % MAX_BATCH);
             }
         }
+    }
+
+    /// What the trees of some pixels say, which are not those of the image.
+    fn pilot(&self, ground: Ground<'_, S>) -> Reach {
+        let mut reach = Reach::new();
+        if self.transport.max_depth > 2 {
+            let mut trees = Trees::new();
+            let words = PathWords {
+                seed: ground.words.seed ^ APART,
+                ..ground.words
+            };
+            let pixels = self.extent().len();
+            let some: Vec<u32> = (0..MAX_BATCH)
+                .map(|place| (place * pixels / MAX_BATCH) as u32)
+                .collect();
+            Ground { words, ..ground }.grow(&some, &mut trees);
+            reach.learn(std::slice::from_ref(&trees), some.len());
+        }
+        reach
     }
 
     /// Adds to the own light of a square's trees the light that others have found behind their
@@ -231,10 +191,23 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let rows = SQUARE * self.extent().width as usize;
         let this = &*self;
-        parallel::for_each(image.chunks_mut(rows), |index, band| {
-            this.render_band(index * SQUARE, frame, seed, band, cancel)
+        let words = PathWords {
+            points: this.points,
+            seed,
+        };
+        let ground = Ground {
+            transport: &this.transport,
+            tally: &this.tally,
+            width: this.extent().width,
+            frame,
+            words,
+            visible: this.visible.as_ref(),
+        };
+        let first = this.pilot(ground);
+        let squares = Squares::of_frame(this.extent(), seed, frame);
+        parallel::for_each(squares.rows(image), |row, part| {
+            this.render_row(ground, squares, (row, part), first, cancel)
         });
         // Directly visible emission, where the trees leave it out.
         if let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) {
@@ -254,63 +227,6 @@ mod tests {
     use crate::{LightChoosing, LightSelection};
     use lightshed_lanes::LaneChoice;
     use lightshed_scene::builtin;
-
-    fn scene(width: u32, height: u32) -> Scene {
-        let mut description = builtin::cornell();
-        (description.settings.width, description.settings.height) = (width, height);
-        Scene::new(&description).unwrap()
-    }
-
-    /// All tiles, the pixels of each in order.
-    fn all_tiles(method: &PathReuse<'_>, key: u32) -> Vec<Vec<usize>> {
-        let mut all = Vec::new();
-        for top in (0..method.extent().height as usize).step_by(SQUARE) {
-            let (pixels, ends) = method.tiles(top, key);
-            assert_eq!(ends.last(), Some(&pixels.len()));
-            let mut start = 0;
-            for end in ends {
-                let mut tile = pixels[start..end].to_vec();
-                tile.sort_unstable();
-                all.push(tile);
-                start = end;
-            }
-        }
-        all
-    }
-
-    /// Each pixel belongs to one tile, also where the image ends within a square.
-    #[test]
-    fn tiles_cover_the_image() {
-        for (width, height) in [(16, 16), (37, 21), (1, 1), (5, 40)] {
-            let scene = scene(width, height);
-            let method = PathReuse::new(&scene, scene.emitters_by_power());
-            for seed in 0..20 {
-                let tiles = all_tiles(&method, method.key(seed));
-                assert!(tiles.iter().all(|tile| (1..=TILE_PIXELS).contains(&tile.len())));
-                let mut all = tiles.concat();
-                all.sort_unstable();
-                assert!(all.into_iter().eq(0..(width * height) as usize));
-            }
-        }
-    }
-
-    /// Pixels of a tile have errors in common. Where all tiles have one shape, or the same in all
-    /// images, those show as a texture.
-    #[test]
-    fn tiles_differ_between_squares_and_seeds() {
-        let scene = scene(64, 64);
-        let method = PathReuse::new(&scene, scene.emitters_by_power());
-        let tiles = all_tiles(&method, method.key(1));
-        // Relative to the first pixel: 256 tiles, of which few can be alike by chance.
-        let shape = |tile: &Vec<usize>| tile.iter().map(|pixel| pixel - tile[0]).collect::<Vec<_>>();
-        let mut shapes: Vec<_> = tiles.iter().map(shape).collect();
-        shapes.sort_unstable();
-        shapes.dedup();
-        assert!(shapes.len() > 200, "{} shapes", shapes.len());
-        let other = all_tiles(&method, method.key(2));
-        let kept = tiles.iter().filter(|tile| other.contains(tile)).count();
-        assert!(kept < 16, "{kept} of {} tiles", tiles.len());
-    }
 
     fn image<S: EmitterSampler + Send>(mut method: PathReuse<'_, S>, lanes: LaneChoice) -> Vec<Rgb> {
         method.transport.lanes = lanes;

@@ -145,16 +145,18 @@ impl Trees {
     }
 
     /// About the radiance that an `x₂` sends on, of what was found by the emitter sample there and
-    /// along the sampled direction: the same for all pixels that could have made the path, so it
-    /// leaves out how glossy the surface is. 0 if there is nothing to share.
+    /// along the sampled direction. It is the same for all pixels that could have made the path, so
+    /// the surface counts as white and diffuse. 0 if there is nothing to share.
     pub fn brightness(&self, tree: usize, place: usize) -> [f32; 2] {
         let (behind, tree) = (&self.behind, tree % MAX_BATCH);
         let is_lit = behind.lit >> place & 1 == 1;
         let is_scattered = behind.scattered >> place & 1 == 1;
-        let pdf = |wi: &[Column; 3]| Density::<SolidAngle>::new((wi[2].get(place) * FRAC_1_PI).abs().max(f32::MIN_POSITIVE));
+        let pdf = |wi: &[Column; 3]| {
+            Density::<SolidAngle>::new((wi[2].get(place) * FRAC_1_PI).abs().max(f32::MIN_POSITIVE))
+        };
         let found = |is_there: bool, light: Rgb| match is_there && light != Rgb::ZERO {
             // Not zero: something is there.
-            true => luminance(light).clamp(f32::MIN_POSITIVE, f32::MAX),
+            true => luminance(light).max(f32::MIN_POSITIVE).min(f32::MAX),
             false => 0.0,
         };
         let by_pdf = pdf(&behind.light);
@@ -164,9 +166,14 @@ impl Trees {
         };
         let light = vector(&behind.light_weight, place) * (by_pdf.value() * mis);
         let met = match behind.met[tree] {
-            Some((met, pdf_solid_angle)) => met * power_heuristic(pdf(&behind.wi), Density::new(pdf_solid_angle)),
+            Some((met, pdf_solid_angle)) => {
+                met * power_heuristic(pdf(&behind.wi), Density::new(pdf_solid_angle))
+            }
             None => Rgb::ZERO,
         };
-        [found(is_lit, light), found(is_scattered, met + behind.beyond[tree])]
+        [
+            found(is_lit, light),
+            found(is_scattered, met + behind.beyond[tree]),
+        ]
     }
 }

@@ -14,10 +14,13 @@ fn frames_agree_with_path_tracing() {
     let mut hidden = cornell_without_light(builtin::cornell(), 24);
     hidden.camera.fov_x = 0.3;
     hidden.settings.max_depth = Some(3);
+    let mut ended = cornell_without_light(builtin::cornell(), 24);
+    (ended.settings.max_depth, ended.settings.roulette_depth) = (Some(8), 2);
     let scenes = [
         ("cornell", Scene::new(&hidden).unwrap()),
         ("cornell-glossy", Scene::new(&glossy).unwrap()),
         ("every emitter", every_emitter(24, 4)),
+        ("roulette", Scene::new(&ended).unwrap()),
     ];
     for (name, scene) in scenes {
         let truth = Ensemble::of_estimator(
