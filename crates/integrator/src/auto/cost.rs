@@ -41,7 +41,7 @@ pub(super) struct FrameCost {
 const METHODS: [(&str, f64, [f64; 3]); 6] = [
     ("path", 1.0, [0.0, 0.0, 0.0]),
     ("direct", 1.0, [0.5, 0.2, 0.0]),
-    ("path-reuse", 1.4, [0.5, 0.02, 0.05]),
+    ("path-reuse", 1.8, [0.5, 0.02, -0.08]),
     // Its reconnections are flights of known density, which cost less than rays.
     ("volpath-reuse", 1.6, [0.0, 0.0, -0.25]),
     ("restir-pt-offline", 9.0, [11.0, 0.55, 0.55]),

@@ -205,7 +205,11 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
             visible: this.visible.as_ref(),
         };
         let first = this.pilot(ground);
-        let squares = Squares::of_frame(this.extent(), seed, frame);
+        // Pixels of blocks of an image are neighbours within a block alone.
+        let squares = match this.transport.scene.camera().blocks() {
+            Some(_) => Squares::at_corner(this.extent()),
+            None => Squares::of_frame(this.extent(), seed, frame),
+        };
         parallel::for_each(squares.rows(image), |row, part| {
             this.render_row(ground, squares, (row, part), first, cancel)
         });

@@ -28,6 +28,14 @@ impl Squares {
         }
     }
 
+    /// The grid from the image's corner on.
+    pub fn at_corner(extent: Extent) -> Self {
+        Self {
+            extent,
+            missing: [0; 2],
+        }
+    }
+
     /// Splits the pixels of the image into the rows that a row of squares covers.
     pub fn rows<'a, T>(&self, image: &'a mut [T]) -> impl Iterator<Item = &'a mut [T]> + use<'a, T> {
         let width = self.extent.width as usize;
@@ -135,10 +143,7 @@ mod tests {
             width: 16,
             height: 16,
         };
-        let squares = Squares {
-            extent,
-            missing: [0; 2],
-        };
+        let squares = Squares::at_corner(extent);
         let mut pixels = Vec::new();
         squares.pixels(0, 0, &mut pixels);
         for size in [8, 16, 32, 64, 128, 256] {
