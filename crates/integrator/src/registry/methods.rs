@@ -146,7 +146,7 @@ pub static METHODS: &[MethodEntry] = &[
     },
     MethodEntry {
         name: "path-reuse",
-        help: "Path tracing by tiles of 16 pixels that share their paths",
+        help: "Path tracing by pixels that share their paths: bright ones by up to 256",
         capabilities: MethodCapabilities::FRAMES,
         options: &[options::LIGHTS, options::SKY, options::POINTS, options::VISIBLE],
         start: |stage, values, _| {
