@@ -11,6 +11,8 @@ use glam::{DVec3, Vec3};
 use lightshed_sampling::parallel::for_each_chunk;
 use std::fmt;
 
+mod lanes;
+
 /// A part of a ray and bounds of the density on it.
 ///
 /// It may be endless (`t1 = ∞`) if the majorant is 0 or the density has a positive lower bound.

@@ -1,7 +1,7 @@
 //! Path reuse through media: neighbouring pixels share what is behind their first collisions.
 
 mod balance;
-mod connection;
+mod crowd;
 mod flight;
 mod share;
 #[cfg(test)]
