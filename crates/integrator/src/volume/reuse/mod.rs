@@ -1,6 +1,7 @@
 //! Path reuse through media: neighbouring pixels share what is behind their first collisions.
 
 mod balance;
+mod burn;
 mod crowd;
 mod flight;
 mod share;

@@ -1,9 +1,11 @@
 //! Closed forms, and densities against quadrature.
 
+use super::burn::{self, UNHINDERED};
 use super::crowd::{Eight, End};
 use super::flight::{Flight, fly, march, movement, place};
 use super::share::UNBALANCED;
 use super::*;
+use crate::volume::volpath::Channels;
 use lightshed_film::{Budget, RenderOptions, render_frames};
 use lightshed_lanes::{LANES, LaneChoice};
 use lightshed_scene::glam::Vec3;
@@ -194,6 +196,54 @@ fn densities_carry_flights_to_other_places() {
         Ok::<(), String>(())
     })
     .unwrap();
+}
+
+/// Of a flight through a coloured medium that emits the same everywhere, in each channel: the light
+/// has the mean `(1 − α) L_e (1 − T)`, the weight of those that pass the mean `T`. Z-tests at 1e-6
+/// each.
+#[test]
+fn flights_see_what_burns() {
+    let mut description = cloud([4, 4], 10.0, 0.0);
+    let (extinction, radiance) = (Rgb::new(4.0, 6.0, 9.0), Rgb::new(3.0, 2.0, 1.0));
+    description.media[0].extinction = extinction;
+    description.media[0].albedo = Rgb::splat(0.5);
+    description.media[0].emission = Some(EmissionDescription { radiance, grid: None });
+    let scene = Scene::new(&description).unwrap();
+    let medium = &scene.media()[0];
+    let direction = Vec3::new(0.5, 0.6, -0.3).normalize();
+    let ray = Ray::new(Vec3::new(-0.4, -0.2, 0.3), direction);
+    // Of the first channel.
+    let depth = -transmittance(medium, &ray).ln() / f64::from(extinction.x);
+    check_faults(&[()], |fault| {
+        UNHINDERED.set(fault.is_some());
+        let (mut light, mut passed) = ([const { MeanTest::new() }; 3], [const { MeanTest::new() }; 3]);
+        for sample in 0..60_000 {
+            let mut rng = CounterRng::new(5, 2, sample);
+            let mut channels = Channels::new(rng.next_u32());
+            let flight = burn::fly(medium, &ray, f32::INFINITY, &mut channels, &mut rng);
+            for channel in 0..3 {
+                light[channel].push(f64::from(flight.emitted[channel]));
+                let passes = flight.distance.is_none();
+                passed[channel].push(if passes {
+                    f64::from(channels.weight()[channel])
+                } else {
+                    0.0
+                });
+            }
+        }
+        for channel in 0..3 {
+            let expected = (-depth * f64::from(extinction[channel])).exp();
+            let emitted = 0.5 * f64::from(radiance[channel]) * (1.0 - expected);
+            for (mean, expected) in [(&light[channel], emitted), (&passed[channel], expected)] {
+                println!("{} of {expected}", mean.mean());
+                mean.test_against(expected, 1e-6)
+                    .map_err(|error| error.to_string())?;
+            }
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
+    UNHINDERED.set(false);
 }
 
 /// Transmittance towards emitters. A z-test at 1e-6.
