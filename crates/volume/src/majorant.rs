@@ -151,21 +151,6 @@ impl MajorantGrid {
         }
     }
 
-    /// The bounds of the super-voxel that has both points, and so all between them; `None` if there
-    /// is none.
-    #[inline]
-    pub fn range_around(&self, a: Vec3, b: Vec3) -> Option<DensityRange> {
-        let lattice = &self.lattice;
-        let cell = |p: Vec3| ((p.as_dvec3() - lattice.min) * lattice.scale).floor();
-        let (cell, counts) = (cell(a), lattice.counts.map(f64::from));
-        let within = cell.cmpge(DVec3::ZERO) & cell.cmplt(DVec3::from_array(counts));
-        if !within.all() || ((b.as_dvec3() - lattice.min) * lattice.scale).floor() != cell {
-            return None;
-        }
-        let ([x, y, z], [nx, ny, _]) = (cell.to_array().map(|i| i as usize), lattice.counts);
-        self.ranges.get(x + nx as usize * (y + ny as usize * z)).copied()
-    }
-
     /// The part of the ray in the field as one segment, with the bounds of the whole field; `None`
     /// if the ray misses.
     #[inline]

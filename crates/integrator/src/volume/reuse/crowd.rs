@@ -136,6 +136,11 @@ impl Crowd {
     /// Without a look at surfaces.
     fn fly(&self, medium: &Medium, end: End, nulls: &Nulls, densities: &mut [f32; TILE_PIXELS]) {
         let field = match medium.density() {
+            // Nothing is shared in a grid of so many super-voxels.
+            MediumDensity::Grid(field) if !field.majorants().fits_lanes() => {
+                densities.fill(0.0);
+                return;
+            }
             MediumDensity::Grid(field) => Some(&**field),
             MediumDensity::Homogeneous => None,
         };
