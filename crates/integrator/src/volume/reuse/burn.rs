@@ -1,8 +1,8 @@
 //! Flights through media that emit: light from all along the ray, not only from its collision.
 
 use crate::volume::volpath::{Channels, VolumeTracking, fly as fly_freely};
+use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
-use lightshed_sampling::{CounterRng, f32_from_u32};
 use lightshed_scene::volume::{DensityAccessor, DensityField, Interval, TentativeCollisions};
 use lightshed_scene::{Medium, MediumDensity, Ray, Rgb};
 

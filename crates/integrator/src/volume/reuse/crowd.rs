@@ -122,8 +122,7 @@ impl Crowd {
             return medium;
         };
         self.fly(medium, end, nulls, densities);
-        for lane in 0..self.count {
-            let density = &mut densities[lane];
+        for (lane, density) in densities[..self.count].iter_mut().enumerate() {
             let sees = || lane == own || sees(scene, index, self.position(lane), behind);
             let usable = *density > 0.0 && *density < f32::INFINITY;
             if !(usable && self.is_in(lane, index) && sees()) {

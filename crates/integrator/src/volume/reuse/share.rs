@@ -73,8 +73,8 @@ impl Sharing {
             };
             self.control.add(brought);
             if !is_planted() {
-                for lane in 0..count {
-                    balance[lane] -= self.views.share[lane];
+                for (balance, share) in balance[..count].iter_mut().zip(&self.views.share) {
+                    *balance -= share;
                 }
             }
             balance[own] += 1.0 / self.crowd.survival(own);
@@ -135,8 +135,8 @@ impl Sharing {
                 each += second.albedo * onward.seen(phases);
             }
             if each.is_finite() {
-                for lane in 0..crowd.count() {
-                    light[lane] += each * views.share[lane];
+                for (light, share) in light[..crowd.count()].iter_mut().zip(&views.share) {
+                    *light += each * *share;
                 }
                 brought = each;
             }
@@ -146,7 +146,7 @@ impl Sharing {
                 Some(_) => (0..crowd.count()).map(pdf).sum(),
                 None => 0.0,
             };
-            for lane in 0..crowd.count() {
+            for (lane, light) in light[..crowd.count()].iter_mut().enumerate() {
                 let (phases, share) = (&views.phases[lane], views.share[lane]);
                 if share == 0.0 {
                     continue;
@@ -157,7 +157,7 @@ impl Sharing {
                     here += second.albedo * onward.seen(phases) * share;
                 }
                 if here.is_finite() {
-                    light[lane] += here;
+                    *light += here;
                     if lane == own {
                         brought = here / share;
                     }
@@ -199,16 +199,16 @@ impl Sharing {
         };
         if views.alike && !sampler.uses_site() {
             brought = seen(own, views.phases[own].first);
-            for lane in 0..self.crowd.count() {
-                light[lane] += brought * views.share[lane];
+            for (light, share) in light[..self.crowd.count()].iter_mut().zip(&views.share) {
+                *light += brought * *share;
             }
             return brought;
         }
-        for lane in 0..self.crowd.count() {
+        for (lane, light) in light[..self.crowd.count()].iter_mut().enumerate() {
             if views.share[lane] > 0.0 {
                 let phases = &views.phases[if views.alike { own } else { lane }];
                 let here = seen(lane, phases.first);
-                light[lane] += here * views.share[lane];
+                *light += here * views.share[lane];
                 if lane == own {
                     brought = here;
                 }
