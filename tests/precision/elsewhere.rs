@@ -151,7 +151,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-volume",
         "called by the rows of the same type, which measure what comes of it",
-        "DensityAccessor::densities EquiAngular::sample FieldRay::at KnownFlight::pdf KnownFlight::transmittance MajorantGrid::cell_size MajorantGrid::whole_segment \
+        "DensityAccessor::densities DensityAccessor::densities_of EquiAngular::sample FieldRay::at KnownFlight::pdf KnownFlight::transmittance MajorantGrid::cell_size MajorantGrid::whole_segment \
          RegularDepth::transmittance unbiased_ray_marching_lookups",
     ),
     (
@@ -159,8 +159,12 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "gives what it holds, or checks and stores",
         "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new ScatteredDirections::new FieldBounds::max \
          FieldBounds::min FieldBounds::new FieldRay::new FlightGuiding::defence FlightGuiding::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
-         MajorantGrid::range_around \
          Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
+    ),
+    (
+        "lightshed-volume",
+        "held to sums over the segments of single rays, to 10⁻⁴, by the crate's tests",
+        "MajorantGrid::depths MajorantGrid::majorants_at",
     ),
     (
         "lightshed-volume",

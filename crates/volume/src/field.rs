@@ -2,7 +2,7 @@
 
 use crate::{FieldBounds, FieldRay};
 use glam::Vec3;
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes, Vec3Lanes};
 
 /// Bounds of a density over a region: `min ≤ ρ(x) ≤ max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +78,21 @@ pub trait DensityAccessor {
         let mut values = [0.0; LANES];
         for lane in 0..count.min(LANES) {
             values[lane] = self.density(ray.at(t[lane]));
+        }
+        L::load(&values)
+    }
+
+    /// `ρ` at eight points, one a lane, as [`density`](Self::density) but for rounding.
+    ///
+    /// Called from lane kernels, as [`densities`](Self::densities).
+    #[inline(always)]
+    fn densities_of<L: Lanes>(&mut self, points: Vec3Lanes<L>) -> L
+    where
+        Self: Sized,
+    {
+        let ([x, y, z], mut values) = (points.store(), [0.0; LANES]);
+        for lane in 0..LANES {
+            values[lane] = self.density(Vec3::new(x[lane], y[lane], z[lane]));
         }
         L::load(&values)
     }

@@ -11,6 +11,8 @@ use glam::{DVec3, Vec3};
 use lightshed_sampling::parallel::for_each_chunk;
 use std::fmt;
 
+mod lanes;
+
 /// A part of a ray and bounds of the density on it.
 ///
 /// It may be endless (`t1 = ∞`) if the majorant is 0 or the density has a positive lower bound.
@@ -147,21 +149,6 @@ impl MajorantGrid {
             dda: Dda::new(&self.lattice, ray, self.bounds.clip(ray, interval)),
             ranges: &self.ranges,
         }
-    }
-
-    /// The bounds of the super-voxel that has both points, and so all between them; `None` if there
-    /// is none.
-    #[inline]
-    pub fn range_around(&self, a: Vec3, b: Vec3) -> Option<DensityRange> {
-        let lattice = &self.lattice;
-        let cell = |p: Vec3| ((p.as_dvec3() - lattice.min) * lattice.scale).floor();
-        let (cell, counts) = (cell(a), lattice.counts.map(f64::from));
-        let within = cell.cmpge(DVec3::ZERO) & cell.cmplt(DVec3::from_array(counts));
-        if !within.all() || ((b.as_dvec3() - lattice.min) * lattice.scale).floor() != cell {
-            return None;
-        }
-        let ([x, y, z], [nx, ny, _]) = (cell.to_array().map(|i| i as usize), lattice.counts);
-        self.ranges.get(x + nx as usize * (y + ny as usize * z)).copied()
     }
 
     /// The part of the ray in the field as one segment, with the bounds of the whole field; `None`

@@ -43,7 +43,7 @@ const METHODS: [(&str, f64, [f64; 3]); 6] = [
     ("direct", 1.0, [0.5, 0.2, 0.0]),
     ("path-reuse", 1.8, [0.5, 0.02, -0.08]),
     // Its reconnections are flights of known density, which cost less than rays.
-    ("volpath-reuse", 1.6, [0.0, 0.0, -0.25]),
+    ("volpath-reuse", 1.25, [0.0, 0.0, -0.48]),
     ("restir-pt-offline", 9.0, [11.0, 0.55, 0.55]),
     ("mcmm", 4.0, [9.5, 0.0, 0.0]),
 ];

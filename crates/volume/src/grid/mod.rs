@@ -18,7 +18,7 @@ pub use storage::BrickStorage;
 use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, VoxelGrid};
 use brick::Layout;
 use glam::Vec3;
-use lightshed_lanes::{LaneWords, Lanes};
+use lightshed_lanes::{LaneWords, Lanes, Vec3Lanes};
 use std::fmt;
 
 /// Most voxels along an axis.
@@ -257,8 +257,13 @@ impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
     }
     #[inline(always)]
     fn densities<L: Lanes>(&mut self, ray: &FieldRay, t: L, _: usize) -> L {
-        let layout = &self.grid.layout;
         let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        self.densities_of(Vec3Lanes::splat(origin) + Vec3Lanes::splat(direction) * t)
+    }
+    #[inline(always)]
+    fn densities_of<L: Lanes>(&mut self, points: Vec3Lanes<L>) -> L {
+        let layout = &self.grid.layout;
+        let points = [points.x, points.y, points.z];
         let limit = self.limit.to_array();
         let trilinear = self.filter == Filter::Trilinear;
         let (shift, last) = if trilinear { (0.5, 0.0) } else { (0.0, 1.0) };
@@ -266,7 +271,7 @@ impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
         let mut p = [zero; 3];
         let mut cell = [L::Words::splat(0); 3];
         for axis in 0..3 {
-            let mut x = L::splat(origin[axis]) + L::splat(direction[axis]) * t;
+            let mut x = points[axis];
             if trilinear {
                 x = x + L::splat(shift);
             }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::testing::{media, random_path};
 use crate::{DenseGrid, Filter, Homogeneous, Procedural};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes, Vec3Lanes};
 use lightshed_testkit::{check_faults, rng};
 
 #[test]
@@ -48,60 +49,6 @@ fn segments_bound_the_density_and_cover_the_ray() {
         Ok(())
     })
     .unwrap();
-}
-
-/// Two points of a segment have bounds in common, mostly the segment's own: those of a ray in a
-/// face of super-voxels may be the neighbour's, or none outside of the grid. Points of several
-/// segments have none.
-#[test]
-fn a_short_way_has_the_bounds_of_its_segment() {
-    #[derive(Clone, Copy, Debug)]
-    enum Fault {
-        Swapped,
-    }
-    check_faults(&[Fault::Swapped], |fault| {
-        let mut rng = rng(3);
-        let (mut all, mut equal, mut apart) = (0, 0, 0);
-        for medium in media(Filter::Trilinear) {
-            for _ in 0..60 {
-                let path = random_path(&medium, &mut rng);
-                let asked = |t: f32| match (fault, path.ray.at(t)) {
-                    (None, p) => p,
-                    (Some(Fault::Swapped), p) => Vec3::new(p.y, p.x, p.z),
-                };
-                let segments: Vec<Segment> = medium.segments(&path).collect();
-                for s in segments.iter().filter(|s| s.t1 - s.t0 > 1e-2) {
-                    all += 1;
-                    let at = |share: f32| s.t0 + (s.t1 - s.t0) * share;
-                    let Some(range) = medium.majorants.range_around(asked(at(0.3)), asked(at(0.7))) else {
-                        continue;
-                    };
-                    equal += usize::from((range.min, range.max) == (s.minorant, s.majorant));
-                    for share in [0.3, 0.4, 0.5, 0.6, 0.7] {
-                        let density = medium.grid.density(path.ray.at(at(share)));
-                        if !(range.min <= density + 1e-6 && density <= range.max + 1e-6) {
-                            return Err(format!("{density} beyond {range:?}"));
-                        }
-                    }
-                }
-                let (first, last) = (segments[0], segments[segments.len() - 1]);
-                let middle = |s: Segment| path.ray.at(0.5 * (s.t0 + s.t1));
-                if segments.len() > 2 {
-                    apart += 1;
-                    assert_eq!(medium.majorants.range_around(middle(first), middle(last)), None);
-                }
-            }
-        }
-        if equal * 10 < all * 9 {
-            return Err(format!("{equal} of {all} are the segment's"));
-        }
-        assert!(all > 100 && apart > 50, "{all}, {apart}");
-        Ok(())
-    })
-    .unwrap();
-    let medium = &media(Filter::Trilinear)[0];
-    let outside = medium.grid.bounds().max() + Vec3::splat(100.0);
-    assert_eq!(medium.majorants.range_around(outside, outside), None);
 }
 
 #[test]
@@ -198,4 +145,89 @@ fn procedural_densities_stay_within_their_bounds() {
     // A grid's super-voxels need not divide it.
     let grid = DenseGrid::from_fn([5, 5, 5], Filter::Nearest, |_| 1.0).unwrap();
     assert_eq!(MajorantGrid::new(&grid, 2.0).unwrap().counts(), [3; 3]);
+}
+
+/// Eight rays from inside at once: their optical depths and ends are those of their segments, and
+/// majorants at points are those of the segments that they are in.
+#[test]
+fn lanes_walk_as_single_rays_do() {
+    struct Depths<'a> {
+        majorants: &'a MajorantGrid,
+        rays: &'a [FieldRay; LANES],
+        t_max: f32,
+        t: f32,
+    }
+    impl LaneKernel for Depths<'_> {
+        type Output = [[f32; LANES]; 3];
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> [[f32; LANES]; 3] {
+            let rows = |part: fn(&FieldRay) -> Vec3| {
+                let row = |axis: usize| L::load(&self.rays.each_ref().map(|ray| part(ray)[axis]));
+                Vec3Lanes::new(row(0), row(1), row(2))
+            };
+            let (from, along) = (rows(|ray| ray.origin), rows(|ray| ray.direction));
+            let [depth, end] = self.majorants.depths(from, along, L::splat(self.t_max));
+            let majorant = self.majorants.majorants_at(from + along * L::splat(self.t));
+            [depth, end, majorant].map(L::store)
+        }
+    }
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Shorter,
+        Elsewhere,
+    }
+    check_faults(&[Fault::Shorter, Fault::Elsewhere], |fault| {
+        let mut rng = rng(5);
+        let (mut compared, mut same) = (0, 0);
+        for medium in media(Filter::Trilinear) {
+            for _ in 0..40 {
+                let rays: [FieldRay; LANES] = std::array::from_fn(|lane| {
+                    let path = random_path(&medium, &mut rng);
+                    let inside = medium.grid.bounds().clip(&path.ray, path.interval).unwrap();
+                    let mut direction = path.ray.direction;
+                    if lane == 0 {
+                        // In a plane of super-voxels' faces.
+                        direction.y = 0.0;
+                    }
+                    FieldRay::new(path.ray.at(0.5 * (inside.t0 + inside.t1)), direction)
+                });
+                for t_max in [0.2, f32::INFINITY] {
+                    let t = 0.1;
+                    let asked = Depths {
+                        majorants: &medium.majorants,
+                        rays: &rays,
+                        t_max: match fault {
+                            Some(Fault::Shorter) => 0.9 * t_max.min(1.0),
+                            _ => t_max,
+                        },
+                        t: match fault {
+                            Some(Fault::Elsewhere) => t + 0.3,
+                            _ => t,
+                        },
+                    };
+                    let [depths, ends, majorants] = LaneChoice::best().run(asked);
+                    for (lane, ray) in rays.iter().enumerate() {
+                        let interval = Interval { t0: 0.0, t1: t_max };
+                        let segments: Vec<Segment> = medium.majorants.segments(ray, interval).collect();
+                        let depth: f32 = segments.iter().map(|s| (s.t1 - s.t0) * s.majorant).sum();
+                        let end = segments[segments.len() - 1].t1;
+                        let (of_depth, of_end) = (depths[lane] - depth, ends[lane] - end);
+                        if of_depth.abs() > 1e-4 * (1.0 + depth) || of_end.abs() > 1e-4 * (1.0 + end) {
+                            return Err(format!("{}, {} of {depth}, {end}", depths[lane], ends[lane]));
+                        }
+                        if let Some(s) = segments.iter().find(|s| t < s.t1) {
+                            compared += 1;
+                            same += usize::from(s.majorant == majorants[lane]);
+                        }
+                    }
+                }
+            }
+        }
+        // All but those at a face of a super-voxel.
+        if same * 100 < compared * 98 || compared < 500 {
+            return Err(format!("{same} of {compared} majorants"));
+        }
+        Ok(())
+    })
+    .unwrap();
 }

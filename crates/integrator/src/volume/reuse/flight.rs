@@ -3,7 +3,7 @@
 use lightshed_sampling::{CounterRng, f32_from_u32};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{
-    DensityAccessor, DensityField, FieldRay, Interval, TentativeCollisions, unbiased_ray_marching,
+    DensityAccessor, DensityField, Interval, TentativeCollisions, unbiased_ray_marching,
     unbiased_ray_marching_lookups,
 };
 use lightshed_scene::{Medium, MediumDensity, Ray};
@@ -25,7 +25,7 @@ impl Nulls {
         count: 0,
     };
 
-    fn places(&self) -> &[f32] {
+    pub fn places(&self) -> &[f32] {
         &self.places[..self.count]
     }
 }
@@ -79,69 +79,6 @@ pub fn fly(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut CounterRng) -> Flig
     Flight {
         distance,
         nulls: (count <= MOST_NULLS).then_some(nulls),
-    }
-}
-
-/// Where a flight begins and ends, in the space of a medium's grid.
-#[derive(Clone, Copy, Debug)]
-pub struct Way {
-    pub from: Vec3,
-    /// The movement to the end of a flight that collides, per unit of distance of one that passes.
-    pub along: Vec3,
-    /// Length of a flight that collides, in the world.
-    pub distance: Option<f32>,
-}
-
-/// Density of a flight with these null collisions, without that of the collision at its end:
-/// `e^{−∫σ̄} Π σ_n`. Of a flight that collides it is per share of its length for each null
-/// collision, of one that passes per distance.
-pub fn flight_density(medium: &Medium, way: &Way, nulls: &Nulls) -> f64 {
-    let k = medium.extinction().x;
-    let (length, unit) = match way.distance {
-        Some(distance) => (1.0, distance),
-        None => (f32::INFINITY, 1.0),
-    };
-    let field = match medium.density() {
-        MediumDensity::Homogeneous => return f64::from((-k * unit * length).exp()),
-        MediumDensity::Grid(field) => field,
-    };
-    let ray = FieldRay::new(way.from, way.along);
-    let rate = k * unit;
-    let mut density = field.grid().accessor();
-    if way.distance.is_some()
-        && let Some(range) = field.majorants().range_around(way.from, way.from + way.along)
-    {
-        let mut product = f64::from((-rate * range.max).exp());
-        for place in nulls.places() {
-            product *= f64::from((rate * (range.max - density.density(ray.at(*place)))).max(0.0));
-        }
-        return product;
-    }
-    let interval = Interval { t0: 0.0, t1: length };
-    let mut places = nulls.places().iter();
-    let mut next = places.next();
-    let (mut depth, mut product) = (0.0f32, 1.0f64);
-    for segment in field.majorants().segments(&ray, interval) {
-        // An empty segment may be endless.
-        if segment.majorant > 0.0 {
-            depth += segment.majorant * (segment.t1 - segment.t0);
-        }
-        while let Some(&t) = next {
-            if t > segment.t1 {
-                break;
-            }
-            let null = segment.majorant - density.density(ray.at(t));
-            if !(null > 0.0) {
-                return 0.0;
-            }
-            product *= f64::from(rate * null);
-            next = places.next();
-        }
-    }
-    match next {
-        // Outside of the grid nothing collides.
-        Some(_) => 0.0,
-        None => product * f64::from((-rate * depth).exp()),
     }
 }
 

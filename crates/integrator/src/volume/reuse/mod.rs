@@ -1,7 +1,8 @@
 //! Path reuse through media: neighbouring pixels share what is behind their first collisions.
 
 mod balance;
-mod connection;
+mod burn;
+mod crowd;
 mod flight;
 mod share;
 #[cfg(test)]
@@ -40,7 +41,8 @@ use tree::{Ground, Tree};
 /// pixel alone.
 ///
 /// The transmittance from `x₁` to an emitter is by unbiased ray marching where the grid is all that
-/// is in the way.
+/// is in the way. Flights up to `x₁`, and in coloured media up to `x₂`, see what the medium emits
+/// at all their tentative collisions, each by the chance that they come there and that it is real.
 ///
 /// The estimate is unbiased and frames are independent. The pixels of a tile are correlated.
 ///

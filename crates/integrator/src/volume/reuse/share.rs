@@ -2,28 +2,45 @@
 
 use super::TILE_PIXELS;
 use super::balance::Control;
-use super::connection::Connection;
-use super::tree::{Behind, Escape, First, Second, Tree};
+use super::crowd::Crowd;
+use super::tree::{Behind, Escape, First, Onward, Second, Tree};
 use crate::emitter_sampler::EmitterSampler;
 use crate::volume::volpath::VolumePathTracer;
 use lightshed_film::{RayKind, RayTally};
 use lightshed_sampling::{Density, SolidAngle, power_heuristic};
-use lightshed_scene::Rgb;
+use lightshed_scene::volume::PhaseFunction;
+use lightshed_scene::{MediumPhase, PhaseLobe, Rgb};
 
 /// Room for the work on a row of tiles, and what is known of them.
 #[derive(Default)]
 pub struct Sharing {
-    /// Of every pixel to one tree.
-    connections: [Option<Connection>; TILE_PIXELS],
+    crowd: Crowd,
+    /// Of every first collision to what is behind one.
+    views: Views,
     control: Control,
 }
 
-/// `Σ_j p_j` over a tile.
+/// What first collisions see of what is behind one of them, one a lane.
+#[derive(Default)]
+struct Views {
+    /// `f_k` but for albedos, and `p_k` but for roulette, in any unit.
+    value: [f32; TILE_PIXELS],
+    /// `f_k / Σ_j p_j`.
+    share: [f32; TILE_PIXELS],
+    /// Whether all have the same phase functions: then those of the own lane are known.
+    alike: bool,
+    phases: [Phases; TILE_PIXELS],
+}
+
+/// Phase functions along a path.
 #[derive(Clone, Copy, Default)]
-struct Densities {
-    flight: f64,
-    /// With the direction in which the path goes on.
-    onward: f64,
+struct Phases {
+    /// At the first collision.
+    first: f32,
+    /// At the second collision towards the emitter that it has seen.
+    to_emitter: f32,
+    /// The same in the direction in which the path goes on.
+    onward: f32,
 }
 
 impl Sharing {
@@ -35,79 +52,211 @@ impl Sharing {
         tally: &RayTally,
         trees: &mut [Tree<S::Site>],
     ) {
-        let sampler = &tracer.transport().sampler;
+        self.crowd.gather(trees.iter().map(|tree| tree.first.as_ref()));
         let control = self.control.value();
         self.control.begin();
         // `s_k − Σ_i f_k / Σ_j p_j`, without albedos.
-        let mut balance = [0.0f64; TILE_PIXELS];
-        for index in 0..trees.len().min(TILE_PIXELS) {
-            // Taken out, so that other trees can be written.
-            let Some(behind) = trees[index].behind.take() else {
+        let (mut balance, mut light) = ([0.0f32; TILE_PIXELS], [Rgb::ZERO; TILE_PIXELS]);
+        let count = self.crowd.count();
+        for own in 0..count {
+            let Some(behind) = &trees[self.crowd.pixel(own)].behind else {
                 continue;
             };
-            let all = self.connect(tracer, tally, trees, index, &behind);
-            for (place, (tree, connection)) in trees.iter_mut().zip(&self.connections).enumerate() {
-                let (Some(connection), Some(first)) = (connection, &tree.first) else {
-                    continue;
-                };
-                let is_own = place == index;
-                let share = (connection.value / all.flight) as f32;
-                if !is_planted() {
-                    balance[place] -= f64::from(share);
+            tally.add(RayKind::Reconnection, count);
+            self.connect(tracer, own, behind);
+            let brought = match behind {
+                Behind::Collision(second) => self.collision(second, own, &mut light),
+                Behind::Escape(escape) => {
+                    let firsts = |lane: usize| trees[self.crowd.pixel(lane)].first.as_ref();
+                    self.escape(&tracer.transport().sampler, firsts, escape, own, &mut light)
                 }
-                let light = match &behind {
-                    Behind::Collision(second) => second.light(connection, all, is_own),
-                    Behind::Escape(escape) => escape.light(sampler, first, connection.phase) * share,
-                };
-                if is_own {
-                    balance[place] += 1.0 / f64::from(first.survival);
-                    self.control.add(light / share);
+            };
+            self.control.add(brought);
+            if !is_planted() {
+                for (balance, share) in balance[..count].iter_mut().zip(&self.views.share) {
+                    *balance -= share;
                 }
-                tree.own += match light.is_finite() {
-                    true => first.throughput * light,
-                    false => Rgb::ZERO,
-                };
             }
+            balance[own] += 1.0 / self.crowd.survival(own);
         }
-        for (tree, balance) in trees.iter_mut().zip(balance) {
+        for lane in 0..count {
+            let tree = &mut trees[self.crowd.pixel(lane)];
             if let Some(first) = &tree.first {
-                tree.own += first.throughput * control * balance as f32;
+                tree.own += first.throughput * (light[lane] + control * balance[lane]);
             }
         }
     }
+}
 
-    /// Connects every pixel to a tree, or only its own if that cannot have made it by rounding.
-    fn connect<S: EmitterSampler>(
-        &mut self,
-        tracer: &VolumePathTracer<'_, S>,
-        tally: &RayTally,
-        trees: &[Tree<S::Site>],
-        index: usize,
-        behind: &Behind,
-    ) -> Densities {
-        let (scene, mut all) = (tracer.scene(), Densities::default());
-        self.connections.fill(None);
-        let Some(own) = &trees[index].first else {
-            return all;
+impl Sharing {
+    /// Connects every first collision to what is behind `own`, or only that one if it cannot have
+    /// made it by rounding.
+    fn connect<S: EmitterSampler>(&mut self, tracer: &VolumePathTracer<'_, S>, own: usize, behind: &Behind) {
+        let (scene, crowd) = (tracer.scene(), &self.crowd);
+        let views = &mut self.views;
+        let medium = crowd.densities(scene, own, behind, &mut views.value);
+        views.alike = matches!(medium.phase(), MediumPhase::Single(PhaseLobe::Isotropic));
+        let lanes = if views.alike {
+            own..own + 1
+        } else {
+            0..crowd.count()
         };
-        let mut count = 0;
-        for (place, (tree, connection)) in trees.iter().zip(&mut self.connections).enumerate() {
-            let first = tree.first.as_ref().filter(|first| first.medium == own.medium);
-            if let Some(first) = first {
-                count += 1;
-                *connection = Connection::new(scene, first, behind, place != index);
+        for lane in lanes {
+            let phases = Phases::new(medium.phase(), crowd, lane, behind);
+            if !views.alike {
+                views.value[lane] *= phases.first;
+            }
+            views.phases[lane] = phases;
+        }
+        if !(views.value[own] > 0.0 && views.value[own] < f32::INFINITY) {
+            views.value.fill(0.0);
+            views.value[own] = 1.0;
+        }
+        let pdf = |lane: usize| views.value[lane] * crowd.survival(lane);
+        let sum: f32 = (0..crowd.count()).map(pdf).sum();
+        for lane in 0..crowd.count() {
+            views.share[lane] = views.value[lane] / sum;
+        }
+    }
+
+    /// Adds light from a second collision to that of all first ones. What it is for `own` alone,
+    /// per share.
+    fn collision(&self, second: &Second, own: usize, light: &mut [Rgb; TILE_PIXELS]) -> Rgb {
+        let (views, crowd) = (&self.views, &self.crowd);
+        let scattered = |phases: &Phases| second.emitted + second.albedo * second.from_emitter(phases);
+        let mut brought = Rgb::ZERO;
+        // What goes on from there is shared by densities with the direction.
+        let onward = second.onward.as_ref();
+        let together = onward.filter(|onward| !onward.is_own);
+        if views.alike {
+            let phases = &views.phases[own];
+            let mut each = scattered(phases);
+            if let Some(onward) = together {
+                each += second.albedo * onward.seen(phases);
+            }
+            if each.is_finite() {
+                for (light, share) in light[..crowd.count()].iter_mut().zip(&views.share) {
+                    *light += each * *share;
+                }
+                brought = each;
+            }
+        } else {
+            let pdf = |lane: usize| views.value[lane] * crowd.survival(lane) * views.phases[lane].onward;
+            let sum: f32 = match together {
+                Some(_) => (0..crowd.count()).map(pdf).sum(),
+                None => 0.0,
+            };
+            for (lane, light) in light[..crowd.count()].iter_mut().enumerate() {
+                let (phases, share) = (&views.phases[lane], views.share[lane]);
+                if share == 0.0 {
+                    continue;
+                }
+                let mut here = scattered(phases) * share;
+                if let Some(onward) = together {
+                    let share = views.value[lane] * phases.onward / sum;
+                    here += second.albedo * onward.seen(phases) * share;
+                }
+                if here.is_finite() {
+                    *light += here;
+                    if lane == own {
+                        brought = here / share;
+                    }
+                }
             }
         }
-        tally.add(RayKind::Reconnection, count);
-        if self.connections[index].is_none() {
-            self.connections.fill(None);
-            self.connections[index] = Some(Connection::alone(scene, own, behind));
+        if let Some(onward) = onward.filter(|onward| onward.is_own) {
+            let here = second.albedo * onward.seen(&views.phases[own]) / crowd.survival(own);
+            if here.is_finite() {
+                light[own] += here;
+                brought += here / views.share[own];
+            }
         }
-        for connection in self.connections.iter().flatten() {
-            all.flight += connection.pdf;
-            all.onward += connection.onward_pdf();
+        brought
+    }
+
+    /// The same of light from afar.
+    fn escape<'f, S: EmitterSampler>(
+        &self,
+        sampler: &S,
+        firsts: impl Fn(usize) -> Option<&'f First<S::Site>>,
+        escape: &Escape,
+        own: usize,
+        light: &mut [Rgb; TILE_PIXELS],
+    ) -> Rgb
+    where
+        S::Site: 'f,
+    {
+        if escape.radiance == Rgb::ZERO {
+            return Rgb::ZERO;
         }
-        all
+        let (views, mut brought) = (&self.views, Rgb::ZERO);
+        let seen = |lane: usize, phase: f32| {
+            let pdf = firsts(lane)
+                .map(|first| sampler.pdf_environment(first.position, &first.site, escape.direction));
+            // With its MIS weight against the emitter sample there.
+            let light = pdf.map(|pdf| escape.radiance * power_heuristic(density(phase), pdf));
+            light.filter(|light| light.is_finite()).unwrap_or(Rgb::ZERO)
+        };
+        if views.alike && !sampler.uses_site() {
+            brought = seen(own, views.phases[own].first);
+            for (light, share) in light[..self.crowd.count()].iter_mut().zip(&views.share) {
+                *light += brought * *share;
+            }
+            return brought;
+        }
+        for (lane, light) in light[..self.crowd.count()].iter_mut().enumerate() {
+            if views.share[lane] > 0.0 {
+                let phases = &views.phases[if views.alike { own } else { lane }];
+                let here = seen(lane, phases.first);
+                *light += here * views.share[lane];
+                if lane == own {
+                    brought = here;
+                }
+            }
+        }
+        brought
+    }
+}
+
+impl Phases {
+    fn new(phase: &MediumPhase, crowd: &Crowd, lane: usize, behind: &Behind) -> Self {
+        let direction = crowd.direction(lane, behind);
+        let scattered = |to| phase.phase_between(direction, to);
+        let mut phases = Self {
+            first: phase.phase_between(crowd.incoming(lane), direction),
+            ..Self::default()
+        };
+        if let Behind::Collision(second) = behind {
+            if let Some(seen) = &second.emitter {
+                phases.to_emitter = scattered(seen.direction);
+            }
+            if let Some(onward) = &second.onward {
+                phases.onward = scattered(onward.direction);
+            }
+        }
+        phases
+    }
+}
+
+impl Second {
+    /// Light of the emitter that it has seen. Emitters are found in two ways from there; the power
+    /// heuristic combines them for each pixel separately.
+    fn from_emitter(&self, phases: &Phases) -> Rgb {
+        let Some(seen) = &self.emitter else {
+            return Rgb::ZERO;
+        };
+        let mis = match seen.is_delta {
+            true => 1.0,
+            false => power_heuristic(density(seen.pdf), density(phases.to_emitter)),
+        };
+        seen.weight * (phases.to_emitter * mis)
+    }
+}
+
+impl Onward {
+    /// Light from the direction in which the path goes on.
+    fn seen(&self, phases: &Phases) -> Rgb {
+        self.met * power_heuristic(density(phases.onward), density(self.met_pdf)) + self.beyond
     }
 }
 
@@ -123,45 +272,6 @@ fn is_planted() -> bool {
 #[cfg(test)]
 thread_local! {
     pub(super) static UNBALANCED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
-}
-
-impl Second {
-    /// Light from the second collision that a pixel sees through its connection.
-    fn light(&self, connection: &Connection, all: Densities, is_own: bool) -> Rgb {
-        let share = (connection.value / all.flight) as f32;
-        let mut scattered = Rgb::ZERO;
-        // Emitters are found in two ways from there; the power heuristic combines them for each
-        // pixel separately.
-        if let Some(seen) = &self.emitter {
-            let mis = match seen.is_delta {
-                true => 1.0,
-                false => power_heuristic(density(seen.pdf), density(connection.to_emitter)),
-            };
-            scattered += seen.weight * (connection.to_emitter * mis * share);
-        }
-        if let Some(onward) = self.onward.as_ref().filter(|onward| is_own || !onward.is_own) {
-            let all = match onward.is_own {
-                true => connection.onward_pdf(),
-                false => all.onward,
-            };
-            let share = (connection.value * f64::from(connection.onward) / all) as f32;
-            let mis = power_heuristic(density(connection.onward), density(onward.met_pdf));
-            scattered += (onward.met * mis + onward.beyond) * share;
-        }
-        self.emitted * share + self.albedo * scattered
-    }
-}
-
-impl Escape {
-    /// Light from afar at a first collision with that phase function, with its MIS weight against
-    /// the emitter sample there.
-    fn light<S: EmitterSampler>(&self, sampler: &S, first: &First<S::Site>, phase: f32) -> Rgb {
-        if self.radiance == Rgb::ZERO {
-            return Rgb::ZERO;
-        }
-        let pdf = sampler.pdf_environment(first.position, &first.site, self.direction);
-        self.radiance * power_heuristic(density(phase), pdf)
-    }
 }
 
 fn density(pdf: f32) -> Density<SolidAngle> {

@@ -1,9 +1,13 @@
 //! Closed forms, and densities against quadrature.
 
-use super::flight::{Flight, Nulls, Way, flight_density, fly, march, movement, place};
+use super::burn::{self, UNHINDERED};
+use super::crowd::{Eight, End};
+use super::flight::{Flight, fly, march, movement, place};
 use super::share::UNBALANCED;
 use super::*;
+use crate::volume::volpath::Channels;
 use lightshed_film::{Budget, RenderOptions, render_frames};
+use lightshed_lanes::{LANES, LaneChoice};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{Interval, regular_depth};
 use lightshed_scene::{
@@ -91,10 +95,10 @@ fn density(medium: &Medium, position: Vec3) -> f64 {
 
 #[derive(Clone, Copy, Debug)]
 enum Fault {
-    /// The null collisions count for one place only.
+    /// Null collisions count for nothing.
     Forgotten,
-    /// Shares are those of another length.
-    Longer,
+    /// All begin elsewhere in the grid.
+    Elsewhere,
 }
 
 /// Flights from one place, weighted by their densities from another over those from their own, have
@@ -104,28 +108,44 @@ enum Fault {
 fn densities_carry_flights_to_other_places() {
     let scene = Scene::new(&cloud([4, 4], 10.0, 0.0)).unwrap();
     let medium = &scene.media()[0];
-    check_faults(&[Fault::Forgotten, Fault::Longer], |fault| {
+    check_faults(&[Fault::Forgotten, Fault::Elsewhere], |fault| {
         for (own, other) in [
             (Vec3::new(-0.4, -0.2, 0.3), Vec3::new(-0.37, -0.21, 0.32)),
             (Vec3::new(0.1, -0.3, 0.6), Vec3::new(0.05, -0.22, 0.61)),
         ] {
             let direction = Vec3::new(0.5, 0.6, -0.3).normalize();
             let ray = Ray::new(own, direction);
-            let way = |from: Vec3, distance: Option<f32>| Way {
-                from: place(medium, from),
-                along: match distance {
-                    Some(distance) => place(medium, own + direction * distance) - place(medium, from),
-                    None => movement(medium, direction),
-                },
-                distance: distance.map(|distance| (own + direction * distance).distance(from)),
+            let MediumDensity::Grid(field) = medium.density() else {
+                panic!("a grid")
             };
-            let spoilt = |mut way: Way, nulls: &Nulls| match fault {
-                Some(Fault::Forgotten) => flight_density(medium, &way, &Nulls::NONE),
-                Some(Fault::Longer) => {
-                    way.distance = way.distance.map(|distance| 1.1 * distance);
-                    flight_density(medium, &way, nulls)
-                }
-                None => flight_density(medium, &way, nulls),
+            // One place a lane, own ones and others in turns.
+            let lanes: [Vec3; LANES] = std::array::from_fn(|lane| if lane % 2 == 0 { own } else { other });
+            let rows = |place: &dyn Fn(Vec3) -> Vec3| {
+                [0, 1, 2].map(|axis| lanes.map(|position| place(position)[axis]))
+            };
+            let densities = |lanes: LaneChoice, distance: Option<f32>, nulls: &[f32]| {
+                let end = match distance {
+                    Some(distance) => End::Place {
+                        position: own + direction * distance,
+                        place: place(medium, own + direction * distance),
+                        unit: 1.0 / distance,
+                    },
+                    None => End::Away(movement(medium, direction)),
+                };
+                lanes.run(Eight {
+                    field: Some(field),
+                    k: medium.extinction().x,
+                    position: rows(&|position| position),
+                    place: rows(&|position| match fault {
+                        Some(Fault::Elsewhere) => place(medium, position + Vec3::splat(0.01)),
+                        _ => place(medium, position),
+                    }),
+                    end,
+                    nulls: match fault {
+                        Some(Fault::Forgotten) => &[],
+                        _ => nulls,
+                    },
+                })
             };
             let (mut passed, mut collided) = (MeanTest::new(), MeanTest::new());
             let mut lost = 0;
@@ -136,8 +156,15 @@ fn densities_carry_flights_to_other_places() {
                     lost += 1;
                     continue;
                 };
-                let ratio = spoilt(way(other, distance), &nulls)
-                    / flight_density(medium, &way(own, distance), &nulls);
+                let values = densities(LaneChoice::best(), distance, nulls.places());
+                assert_eq!(values, densities(LaneChoice::ARRAY, distance, nulls.places()));
+                assert!(values.chunks(2).all(|pair| pair == &values[..2]), "{values:?}");
+                // Per volume: as much less as the end is further away.
+                let spread = |distance: f32| {
+                    let end = own + direction * distance;
+                    (end.distance(other) / distance).powi(2)
+                };
+                let ratio = f64::from(values[1] / values[0] * distance.map_or(1.0, spread));
                 passed.push(if distance.is_none() { ratio } else { 0.0 });
                 collided.push(if distance.is_some() { ratio } else { 0.0 });
             }
@@ -169,6 +196,54 @@ fn densities_carry_flights_to_other_places() {
         Ok::<(), String>(())
     })
     .unwrap();
+}
+
+/// Of a flight through a coloured medium that emits the same everywhere, in each channel: the light
+/// has the mean `(1 − α) L_e (1 − T)`, the weight of those that pass the mean `T`. Z-tests at 1e-6
+/// each.
+#[test]
+fn flights_see_what_burns() {
+    let mut description = cloud([4, 4], 10.0, 0.0);
+    let (extinction, radiance) = (Rgb::new(4.0, 6.0, 9.0), Rgb::new(3.0, 2.0, 1.0));
+    description.media[0].extinction = extinction;
+    description.media[0].albedo = Rgb::splat(0.5);
+    description.media[0].emission = Some(EmissionDescription { radiance, grid: None });
+    let scene = Scene::new(&description).unwrap();
+    let medium = &scene.media()[0];
+    let direction = Vec3::new(0.5, 0.6, -0.3).normalize();
+    let ray = Ray::new(Vec3::new(-0.4, -0.2, 0.3), direction);
+    // Of the first channel.
+    let depth = -transmittance(medium, &ray).ln() / f64::from(extinction.x);
+    check_faults(&[()], |fault| {
+        UNHINDERED.set(fault.is_some());
+        let (mut light, mut passed) = ([const { MeanTest::new() }; 3], [const { MeanTest::new() }; 3]);
+        for sample in 0..60_000 {
+            let mut rng = CounterRng::new(5, 2, sample);
+            let mut channels = Channels::new(rng.next_u32());
+            let flight = burn::fly(medium, &ray, f32::INFINITY, &mut channels, &mut rng);
+            for channel in 0..3 {
+                light[channel].push(f64::from(flight.emitted[channel]));
+                let passes = flight.distance.is_none();
+                passed[channel].push(if passes {
+                    f64::from(channels.weight()[channel])
+                } else {
+                    0.0
+                });
+            }
+        }
+        for channel in 0..3 {
+            let expected = (-depth * f64::from(extinction[channel])).exp();
+            let emitted = 0.5 * f64::from(radiance[channel]) * (1.0 - expected);
+            for (mean, expected) in [(&light[channel], emitted), (&passed[channel], expected)] {
+                println!("{} of {expected}", mean.mean());
+                mean.test_against(expected, 1e-6)
+                    .map_err(|error| error.to_string())?;
+            }
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
+    UNHINDERED.set(false);
 }
 
 /// Transmittance towards emitters. A z-test at 1e-6.

@@ -1,7 +1,7 @@
 //! Paths of the pixels of a tile: up to their first collisions, and trees behind them.
 
-use super::TILE_PIXELS;
 use super::flight::{self, Nulls, fly, march};
+use super::{TILE_PIXELS, burn};
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
@@ -204,7 +204,9 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         let known = Some(hit.map(|hit| scene.settled(&ray, hit)));
         let end = self.edge(&mut state, known, |medium, ray, t_max, channels| {
             let mut numbers = numbers.flight(1, &mut tile_stream);
-            fly_freely(medium, ray, t_max, VolumeTracking::Delta, channels, &mut numbers)
+            let flight = burn::fly(medium, ray, t_max, channels, &mut numbers);
+            tree.own += flight.emitted;
+            flight.distance
         });
         let mut rng = self.stream(place.pixel, OWN_STREAM);
         match end {
@@ -213,18 +215,40 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
             }
             End::Collision(index, position) => {
                 let medium = &scene.media()[index as usize];
-                if tracer.collide(&mut state, medium, position, &mut rng).is_some() {
-                    tracer.walk_on(&mut state, Resume::NEW, &mut rng);
+                if tracer.leave(&mut state, medium, position, &mut rng).is_some() {
+                    self.go_on(&mut state, &mut rng);
                 }
-                tree.own = self.counted(&state);
+                tree.own += self.counted(&state);
             }
             End::Flown(hit) => {
                 tracer.walk_on(&mut state, Resume::flown(hit), &mut rng);
-                tree.own = self.counted(&state);
+                tree.own += self.counted(&state);
             }
             End::Lost => (),
         }
         tree
+    }
+
+    /// Follows a path from its first collision on, which is not shared.
+    fn go_on(&self, state: &mut State<S::Site>, rng: &mut CounterRng) {
+        let (tracer, scene) = (self.tracer, self.tracer.scene());
+        let mut emitted = Rgb::ZERO;
+        let end = self.edge(state, None, |medium, ray, t_max, channels| {
+            let flight = burn::fly(medium, ray, t_max, channels, rng);
+            emitted += flight.emitted;
+            flight.distance
+        });
+        state.radiance += state.path.throughput * emitted;
+        match end {
+            End::Collision(index, position) => {
+                let medium = &scene.media()[index as usize];
+                if tracer.leave(state, medium, position, rng).is_some() {
+                    tracer.walk_on(state, Resume::NEW, rng);
+                }
+            }
+            End::Flown(hit) => tracer.walk_on(state, Resume::flown(hit), rng),
+            End::Lost => (),
+        }
     }
 
     /// Light of a path that has ended, whose rays are counted.
@@ -241,7 +265,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         }
     }
 
-    /// The first collision: emission, an emitter sample, and the second flight.
+    /// The first collision: an emitter sample, and the second flight.
     fn first(
         &self,
         tree: &mut Tree<S::Site>,
@@ -254,9 +278,6 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         let scene = transport.scene;
         let medium = &scene.media()[index as usize];
         let before = state.channels.weight();
-        if medium.emission().is_some() {
-            tree.own += before * medium.emission_per_collision(position);
-        }
         let albedo = medium.albedo_at(position);
         if transport.max_depth < 2 || albedo == Rgb::ZERO {
             return;

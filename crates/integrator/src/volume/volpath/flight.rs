@@ -55,8 +55,13 @@ impl Channels {
         self.ratio * (3.0 / self.ratio.element_sum())
     }
 
+    /// The channel whose rate flights have.
+    pub fn hero(&self) -> usize {
+        self.hero
+    }
+
     /// One more flight.
-    fn fly(&mut self, density_ratio: [f32; 3]) {
+    pub fn fly(&mut self, density_ratio: [f32; 3]) {
         // The hero's own is 1, so the greatest is positive; both factors are finite, but their
         // product need not be.
         let ratio = self.ratio.as_dvec3() * Rgb::from_array(density_ratio).as_dvec3();

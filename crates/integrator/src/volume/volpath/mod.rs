@@ -342,6 +342,18 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             let emitted = medium.emission_per_collision(position);
             state.add(state.depth, false, Some(position), state.weighted(emitted));
         }
+        self.leave(state, medium, position, rng)
+    }
+
+    /// The rest: an emitter sample and the next direction.
+    #[inline(always)]
+    pub(super) fn leave(
+        &self,
+        state: &mut State<S::Site>,
+        medium: &Medium,
+        position: Vec3,
+        rng: &mut CounterRng,
+    ) -> Option<()> {
         let before = state.path.throughput;
         if state.depth >= self.transport().max_depth {
             return None;
