@@ -96,7 +96,7 @@ pub use registry::{
 };
 pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPt, RestirPtError,
-    RestirPtOptions,
+    RestirPtOffline, RestirPtOptions,
 };
 pub use restir::suffix::{
     MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,

@@ -27,7 +27,52 @@ pub struct PathDomain<'w, W: World> {
     pub(crate) start: Start<W>,
     pub(crate) connectability: Connectability,
     pub(crate) max_length: u32,
+    pub(crate) part: PathPart,
 }
+
+/// Which paths behind its start a domain has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PathPart {
+    /// All.
+    #[default]
+    Whole,
+    /// Those of three edges and more that a delta lobe scatters at `x₁` or at `x₂`: what a
+    /// neighbour cannot make by a connection from its own `x₁` to `x₂`, with another lobe at both.
+    Specular,
+}
+
+impl PathPart {
+    /// Whether paths belong to it whose early lobes, those of `x₁` and `x₂`, are known: whether
+    /// one of them is a delta lobe.
+    #[inline(always)]
+    pub(crate) fn has(self, early_delta: bool) -> bool {
+        self == Self::Whole || early_delta
+    }
+
+    /// Whether scattering at vertex number `index` makes the lobe early.
+    #[inline(always)]
+    pub(crate) fn is_early(index: u32) -> bool {
+        index <= LAST_EARLY
+    }
+
+    /// Whether early lobes are all known once vertex number `index` has scattered.
+    #[inline(always)]
+    pub(crate) fn is_decided(index: u32) -> bool {
+        index >= LAST_EARLY
+    }
+
+    /// Fewest edges of its paths.
+    #[inline(always)]
+    pub(crate) fn least_length(self) -> u32 {
+        match self {
+            Self::Whole => 0,
+            Self::Specular => LAST_EARLY + 1,
+        }
+    }
+}
+
+/// Number of the last vertex whose lobe decides whether a path is of [`PathPart::Specular`].
+const LAST_EARLY: u32 = 2;
 
 /// What paths start from.
 pub(crate) enum Start<W: World> {
@@ -87,7 +132,15 @@ impl<'w, W: World> PathDomain<'w, W> {
             start,
             connectability,
             max_length: max_length.min(MAX_PATH_LENGTH),
+            part: PathPart::Whole,
         }
+    }
+
+    /// Of these paths those of a part: candidates of others are not traced further, and shifts to
+    /// others are undefined.
+    #[must_use]
+    pub fn with_part(self, part: PathPart) -> Self {
+        Self { part, ..self }
     }
 
     /// Which vertices may be reconnected.

@@ -10,7 +10,7 @@ use super::stage::{Motion, Stage, Started};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
     GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
     RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
@@ -329,9 +329,13 @@ pub static METHODS: &[MethodEntry] = &[
             options::POINTS,
             options::VISIBLE,
             options::FOOTPRINT,
+            options::SHARING,
         ],
         start: |stage, values, motion| {
             let mut settings = RestirPtOptions::offline(values.path_mapping());
+            if values.shares_in_tiles() && motion.camera.is_still() {
+                return shared_restir_pt(stage, values, settings);
+            }
             settings.direct_samples = values.direct_samples(settings.direct_samples);
             restir_pt(stage, values, motion, settings)
         },
@@ -588,6 +592,20 @@ fn restir_pt<'b>(
     let method = RestirPt::new(worlds.first(), options, motion.camera);
     let source = values.guide_source();
     frames(method.map(|method| method.with_guiding_from(guiding, source)))
+}
+
+fn shared_restir_pt<'b>(stage: &'b Stage<'_>, values: &MethodValues, options: RestirPtOptions) -> Start<'b> {
+    let world = stage.world(values.light_choosing()).map_err(reason)?;
+    let tiles = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
+    let tiles = match values.visible_emission() {
+        true => tiles.with_visible_emission(),
+        false => tiles,
+    };
+    let options = RestirPtOptions {
+        points: values.points(),
+        ..options
+    };
+    frames(RestirPtOffline::new(tiles, world, options))
 }
 
 fn restir_suffix<'b>(

@@ -25,6 +25,8 @@ pub struct Ground<'a, S> {
     pub words: PathWords,
     /// The estimator of directly visible emission in some pixels, in place of their trees.
     pub visible: Option<&'a VisibleEmission>,
+    /// Whether trees go on where a delta lobe serves their own pixel alone.
+    pub specular: bool,
 }
 
 impl<S: EmitterSampler> Ground<'_, S> {
@@ -72,6 +74,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
+            specular: self.specular,
         });
         self.connect(&shadows, trees);
         if transport.max_depth == 2 {
@@ -93,6 +96,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
+            specular: self.specular,
         });
         self.connect(&shadows, trees);
         self.follow(&mut paths, survivors, trees);

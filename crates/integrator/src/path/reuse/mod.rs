@@ -61,6 +61,8 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
+    /// Whether paths count that no other pixel can use, but for direct light.
+    specular: bool,
 }
 
 /// Side of the squares that tiles are laid out in.
@@ -84,7 +86,15 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
             points: PointSet::Independent,
             visible: None,
+            specular: true,
         }
+    }
+
+    /// Without the paths of three edges and more that a delta lobe scatters at `x₁` or `x₂`, which
+    /// pixels do not share: for another estimator.
+    pub(crate) fn without_specular(mut self) -> Self {
+        self.specular = false;
+        self
     }
 
     /// With frames whose numbers are those of `points`; the default is independent ones. Directions
@@ -160,6 +170,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             frame,
             words,
             visible: self.visible.as_ref(),
+            specular: self.specular,
         };
         let (pixels, ends) = self.tiles(top, self.key(seed));
         // Large: not on the stack.

@@ -98,6 +98,17 @@ pub const DIRECT_SAMPLES: MethodOption = MethodOption::new(
      restir-pt-offline, 8 of restir-suffix and 32 of its offline frames, if not given; 0 resamples direct light, too",
 );
 
+/// Whether tiles share paths beside resampled ones.
+pub const SHARING: MethodOption = MethodOption::new(
+    "sharing",
+    "HOW",
+    "tiles",
+    |text| one_of(text, &["tiles", "none"]),
+    "Whether tiles of pixels share their paths, so that at most what they cannot share is resampled: tiles, or none, as \
+     where the camera moves and with options that are about resampled paths alone (--shift reconnection, --direct-samples, \
+     --footprint)",
+);
+
 /// The shift mapping.
 pub const SHIFT: MethodOption = MethodOption::new(
     "shift",
@@ -225,6 +236,13 @@ impl MethodValues {
     /// Samples of direct light beside resampled paths.
     pub fn direct_samples(&self, default: u32) -> u32 {
         self.get(&DIRECT_SAMPLES).unwrap_or(default)
+    }
+
+    /// Whether tiles share paths beside resampled ones, where the camera stands still.
+    pub(super) fn shares_in_tiles(&self) -> bool {
+        let none = self.get::<String>(&SHARING).is_some_and(|how| how == "none");
+        let resampled = [&DIRECT_SAMPLES, &FOOTPRINT].iter().any(|option| self.has(option));
+        !none && !resampled && self.path_mapping() == PathMapping::Hybrid
     }
 
     /// Most scattering vertices of a path through media.

@@ -5,9 +5,11 @@ mod direct;
 mod footprint;
 mod mutation;
 mod options;
+mod offline;
 mod seen;
 
 pub(crate) use direct::{DIRECT_EDGES, DirectLight};
+pub use offline::RestirPtOffline;
 pub use options::{
     MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions,
 };
@@ -29,7 +31,7 @@ use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
-    Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
+    Connectability, Finding, PathDomain, PathPart, PathSample, PathShift, TreeTracer, WorldLighting,
 };
 use seen::{SeenPaths, ShiftSeen};
 use std::sync::Arc;
@@ -74,6 +76,8 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     cells: Option<WorldCells<SeenPaths<'a, E>>>,
     /// Beside the resampled paths.
     direct: DirectLight,
+    /// What is resampled.
+    part: PathPart,
 }
 
 /// What a pixel sees.
@@ -178,7 +182,14 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
             direct: DirectLight::default(),
+            part: PathPart::Whole,
         })
+    }
+
+    /// Only a part of the paths, if that is not the whole without emission that is seen directly.
+    pub(crate) fn of_part(mut self, part: PathPart) -> Self {
+        self.part = part;
+        self
     }
 
     /// With directions of candidates from a guide, too, which is of the same scene.
@@ -215,6 +226,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             reservoirs: self.reservoirs,
             cells: self.cells,
             direct: self.direct,
+            part: self.part,
         }
     }
 }
@@ -239,6 +251,11 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         Ok(())
     }
 
+    /// Whether emission that is seen directly is left to another estimator.
+    fn seen_elsewhere(&self) -> bool {
+        self.options.direct_samples > 0 || self.part != PathPart::Whole
+    }
+
     /// The pixels' domains, and emission seen directly. Returns the number of rays, `None` if
     /// cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
@@ -248,7 +265,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let camera = Arc::new(view.camera.clone());
         let kept = self.options.kept_frame(view.number);
         // Direct light includes emission that is seen directly.
-        let is_apart = self.options.direct_samples > 0;
+        let (part, is_apart) = (self.part, self.seen_elsewhere());
         let wanted = self.options.visible_emission && (is_apart || !at_sensor) && max_length > 0;
         self.direct
             .visible
@@ -269,7 +286,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         pixel: [x, y],
                     };
                     *value = Rgb::ZERO;
-                    let paths = PathDomain::of_sensor(world, sensor, connectability, max_length);
+                    let paths = PathDomain::of_sensor(world, sensor, connectability, max_length).with_part(part);
                     pixel.domain = Some(SeenPaths { paths, distance: 0.0 });
                     return;
                 }
@@ -282,7 +299,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 pixel.domain = vertex.zip(hit).map(|(vertex, hit)| {
                     let rules = footprint.apply(connectability, index, &vertex);
                     SeenPaths {
-                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length),
+                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length).with_part(part),
                         distance: hit.t,
                     }
                 });
@@ -310,6 +327,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
         let roulette_from = self.world.roulette_depth();
+        let seen_elsewhere = self.seen_elsewhere();
         let least_length = match self.options.direct_samples {
             0 => 0,
             _ => DIRECT_EDGES + 1,
@@ -348,7 +366,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     tracer.trace(&starts, |tree, finding| {
                         let place = owners[tree];
                         match finding {
-                            Finding::Seen(_) if least_length > 0 => (),
+                            Finding::Seen(_) if seen_elsewhere => (),
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
                             // Paths that cannot be shifted are useless to others and would displace
                             // paths that can.
