@@ -95,7 +95,7 @@ pub use registry::{
     MovingMedia, PathDepth, Stage, StartMethod, Started,
 };
 pub use restir::pt::{
-    MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPt, RestirPtError,
+    MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, OfflineSplit, PathMapping, RestirPt, RestirPtError,
     RestirPtOffline, RestirPtOptions,
 };
 pub use restir::suffix::{

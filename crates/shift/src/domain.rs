@@ -30,35 +30,44 @@ pub struct PathDomain<'w, W: World> {
     pub(crate) part: PathPart,
 }
 
-/// Which paths behind its start a domain has.
+/// Which of the paths behind its start a domain has: all, or those that no connection from `x₁` to
+/// an `x₂` of another domain can make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PathPart {
     /// All.
     #[default]
     Whole,
-    /// Those of three edges and more that a delta lobe scatters at `x₁` or at `x₂`: what a
-    /// neighbour cannot make by a connection from its own `x₁` to `x₂`, with another lobe at both.
-    Specular,
+    /// Those of three edges and more that a delta lobe scatters at `x₁`.
+    FirstSpecular,
+    /// Those of three edges and more that a delta lobe scatters at `x₁` or `x₂`.
+    EarlySpecular,
 }
 
 impl PathPart {
-    /// Whether paths belong to it whose early lobes, those of `x₁` and `x₂`, are known: whether
-    /// one of them is a delta lobe.
+    /// How many first vertices decide what belongs to it.
     #[inline(always)]
-    pub(crate) fn has(self, early_delta: bool) -> bool {
-        self == Self::Whole || early_delta
+    pub fn deciding_vertices(self) -> u32 {
+        match self {
+            Self::Whole => 0,
+            Self::FirstSpecular => 1,
+            Self::EarlySpecular => 2,
+        }
     }
 
-    /// Whether scattering at vertex number `index` makes the lobe early.
+    /// Whether a path belongs to it of which one of the deciding vertices has scattered by a delta
+    /// lobe, or none.
     #[inline(always)]
-    pub(crate) fn is_early(index: u32) -> bool {
-        index <= LAST_EARLY
+    pub(crate) fn has(self, specular: bool) -> bool {
+        self == Self::Whole || specular
     }
 
-    /// Whether early lobes are all known once vertex number `index` has scattered.
+    /// What the path becomes that vertex number `index` scatters: whether one of the deciding
+    /// vertices has done so by a delta lobe. `None` if it does not belong to the part.
     #[inline(always)]
-    pub(crate) fn is_decided(index: u32) -> bool {
-        index >= LAST_EARLY
+    pub(crate) fn scattered(self, specular: bool, index: u32, is_delta: bool) -> Option<bool> {
+        let last = self.deciding_vertices();
+        let specular = specular || (is_delta && index <= last);
+        (index < last || self.has(specular)).then_some(specular)
     }
 
     /// Fewest edges of its paths.
@@ -66,13 +75,10 @@ impl PathPart {
     pub(crate) fn least_length(self) -> u32 {
         match self {
             Self::Whole => 0,
-            Self::Specular => LAST_EARLY + 1,
+            _ => 3,
         }
     }
 }
-
-/// Number of the last vertex whose lobe decides whether a path is of [`PathPart::Specular`].
-const LAST_EARLY: u32 = 2;
 
 /// What paths start from.
 pub(crate) enum Start<W: World> {

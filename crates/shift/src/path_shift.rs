@@ -1,6 +1,6 @@
 //! Random replay, reconnection and their hybrid as one mapping.
 
-use crate::domain::{PathDomain, PathPart, Start};
+use crate::domain::{PathDomain, Start};
 use crate::jacobian::MeasuredJacobian;
 use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
@@ -130,8 +130,8 @@ pub(crate) struct Offset<'a, V> {
     wo: Vec3,
     throughput: Vec3,
     before: Option<Before>,
-    /// Whether an early vertex has scattered by a delta lobe.
-    early_delta: bool,
+    /// As of a walk.
+    specular: bool,
 }
 
 /// The vertex `y_m` that an offset path has reached, by reference or by value, and what the path
@@ -172,7 +172,7 @@ impl<'a, V> Offset<'a, V> {
             wo,
             throughput: Vec3::ONE,
             before: None,
-            early_delta: false,
+            specular: false,
         }
     }
 
@@ -271,9 +271,9 @@ pub(crate) fn evaluate<W: World>(
     let (first, wo) = start(to, &mut numbers, &mut seen)?;
     let offset = &mut Offset::at(first, wo);
     approach(to, offset, last, &mut numbers)?;
-    // The lobe at the last vertex is no delta lobe, but for one that is still to be replayed.
-    let is_known = anchored || shape.technique == Technique::Emitter;
-    if is_known && !to.part.has(offset.early_delta) {
+    // No delta lobe leads to what is copied or sampled; a replayed lobe is yet to come.
+    let is_decided = anchored || shape.technique == Technique::Emitter;
+    if is_decided && !to.part.has(offset.specular) {
         return Err(Undefined::OutsideDomain);
     }
     if let (false, Some(numbers)) = (anchored, &mut numbers) {
@@ -370,10 +370,10 @@ pub(crate) fn replay<W: World>(
     let sampled = world
         .sample_lobe(vertex, offset.wo, numbers.lobe, numbers.direction)
         .ok_or(Undefined::OutsideDomain)?;
-    let early_delta = offset.early_delta || (sampled.is_delta && PathPart::is_early(m));
-    if PathPart::is_decided(m) && !to.part.has(early_delta) {
-        return Err(Undefined::OutsideDomain);
-    }
+    let specular = to
+        .part
+        .scattered(offset.specular, m, sampled.is_delta)
+        .ok_or(Undefined::OutsideDomain)?;
     let roughness = world.lobe_roughness(vertex, sampled.lobe);
     if offset.connectable(to, m, roughness) {
         return Err(Undefined::NotInvertible);
@@ -391,7 +391,7 @@ pub(crate) fn replay<W: World>(
     }
     offset.wo = -sampled.wi;
     offset.before = Some(before);
-    offset.early_delta = early_delta;
+    offset.specular = specular;
     let left = Left {
         total_pdf: sampled.total_pdf,
         roughness,

@@ -1,7 +1,7 @@
 //! One active path of a tree: its position, its throughput, and its possible reconnection.
 
 use crate::departure::{Arrival, Departure};
-use crate::domain::{PathDomain, PathPart};
+use crate::domain::PathDomain;
 use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
 use crate::roulette::survives;
@@ -46,8 +46,9 @@ pub(crate) struct Walk<W: World> {
     found: Option<Found>,
     /// From the first vertex to the viewer.
     wo: Vec3,
-    /// Whether an early vertex has scattered by a delta lobe.
-    early_delta: bool,
+    /// Whether one of the vertices that decide about the domain's part has scattered by a delta
+    /// lobe.
+    specular: bool,
 }
 
 /// A path that ends at an emitter, and the weight it has as a candidate.
@@ -71,7 +72,7 @@ impl<W: World> Walk<W> {
             pair: None,
             found: None,
             wo: Vec3::ZERO,
-            early_delta: false,
+            specular: false,
         }
     }
 
@@ -132,7 +133,7 @@ impl<W: World> Walk<W> {
         vertex: &W::Vertex,
     ) -> Option<Pending<W::Ray>> {
         let world = domain.world;
-        if !domain.part.has(self.early_delta) {
+        if !domain.part.has(self.specular) {
             return None;
         }
         let (u_select, u) = self.numbers.emitter(self.index);
@@ -209,10 +210,9 @@ impl<W: World> Walk<W> {
         let wo = self.view();
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
-        self.early_delta |= sampled.is_delta && PathPart::is_early(self.index);
-        if PathPart::is_decided(self.index) && !domain.part.has(self.early_delta) {
-            return None;
-        }
+        self.specular = domain
+            .part
+            .scattered(self.specular, self.index, sampled.is_delta)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);
         let rules = &domain.connectability;
         let pair = self

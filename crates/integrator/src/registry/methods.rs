@@ -10,8 +10,9 @@ use super::stage::{Motion, Stage, Started};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
     GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
-    RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix,
+    RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer,
+    VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_scene::SkySampling;

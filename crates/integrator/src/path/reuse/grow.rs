@@ -25,8 +25,8 @@ pub struct Ground<'a, S> {
     pub words: PathWords,
     /// The estimator of directly visible emission in some pixels, in place of their trees.
     pub visible: Option<&'a VisibleEmission>,
-    /// Whether trees go on where a delta lobe serves their own pixel alone.
-    pub specular: bool,
+    /// Trees end where a delta lobe of so many first vertices serves their own pixel alone.
+    pub apart: u32,
 }
 
 impl<S: EmitterSampler> Ground<'_, S> {
@@ -74,7 +74,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
-            specular: self.specular,
+            apart: self.apart,
         });
         self.connect(&shadows, trees);
         if transport.max_depth == 2 {
@@ -96,7 +96,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
-            specular: self.specular,
+            apart: self.apart,
         });
         self.connect(&shadows, trees);
         self.follow(&mut paths, survivors, trees);

@@ -16,6 +16,7 @@ use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_sampling::{FramePasses, PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
+use lightshed_shift::PathPart;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::Trees;
@@ -61,8 +62,8 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
-    /// Whether paths count that no other pixel can use, but for direct light.
-    specular: bool,
+    /// Paths that belong to their own pixel only, and are left to another estimator.
+    apart: Option<PathPart>,
 }
 
 /// Side of the squares that tiles are laid out in.
@@ -86,15 +87,13 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
             points: PointSet::Independent,
             visible: None,
-            specular: true,
+            apart: None,
         }
     }
 
-    /// Without the paths of three edges and more that a delta lobe scatters at `x₁` or `x₂`, which
-    /// pixels do not share: for another estimator.
-    pub(crate) fn without_specular(mut self) -> Self {
-        self.specular = false;
-        self
+    /// Leaves a part of the paths to another estimator from the next frame on.
+    pub(crate) fn leave_out(&mut self, part: Option<PathPart>) {
+        self.apart = part;
     }
 
     /// With frames whose numbers are those of `points`; the default is independent ones. Directions
@@ -170,7 +169,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             frame,
             words,
             visible: self.visible.as_ref(),
-            specular: self.specular,
+            apart: self.apart.map_or(0, PathPart::deciding_vertices),
         };
         let (pixels, ends) = self.tiles(top, self.key(seed));
         // Large: not on the stack.

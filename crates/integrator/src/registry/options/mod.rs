@@ -241,7 +241,9 @@ impl MethodValues {
     /// Whether tiles share paths beside resampled ones, where the camera stands still.
     pub(super) fn shares_in_tiles(&self) -> bool {
         let none = self.get::<String>(&SHARING).is_some_and(|how| how == "none");
-        let resampled = [&DIRECT_SAMPLES, &FOOTPRINT].iter().any(|option| self.has(option));
+        let resampled = [&DIRECT_SAMPLES, &FOOTPRINT]
+            .iter()
+            .any(|option| self.has(option));
         !none && !resampled && self.path_mapping() == PathMapping::Hybrid
     }
 

@@ -4,15 +4,17 @@
 mod direct;
 mod footprint;
 mod mutation;
-mod options;
 mod offline;
+mod options;
 mod seen;
+mod split;
 
 pub(crate) use direct::{DIRECT_EDGES, DirectLight};
 pub use offline::RestirPtOffline;
 pub use options::{
     MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions,
 };
+pub use split::OfflineSplit;
 
 use footprint::PixelFootprint;
 
@@ -21,7 +23,7 @@ use super::world::{WorldCells, held_paths};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::reuse_frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
-use crate::{CameraMotion, PixelSensor, SceneWorld};
+use crate::{CameraMotion, PixelSensor, SceneVertex, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,
@@ -286,7 +288,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         pixel: [x, y],
                     };
                     *value = Rgb::ZERO;
-                    let paths = PathDomain::of_sensor(world, sensor, connectability, max_length).with_part(part);
+                    let paths =
+                        PathDomain::of_sensor(world, sensor, connectability, max_length).with_part(part);
                     pixel.domain = Some(SeenPaths { paths, distance: 0.0 });
                     return;
                 }
@@ -296,10 +299,14 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
-                pixel.domain = vertex.zip(hit).map(|(vertex, hit)| {
+                // Where no path of the part begins, no tree need be traced.
+                let begins =
+                    |vertex: &SceneVertex| part != PathPart::FirstSpecular || vertex.has_delta_lobe();
+                pixel.domain = vertex.filter(begins).zip(hit).map(|(vertex, hit)| {
                     let rules = footprint.apply(connectability, index, &vertex);
                     SeenPaths {
-                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length).with_part(part),
+                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length)
+                            .with_part(part),
                         distance: hit.t,
                     }
                 });
