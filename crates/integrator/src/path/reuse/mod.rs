@@ -195,6 +195,17 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
         }
     }
 
+    /// Renders every `step`-th row of squares of a frame by trees alone.
+    pub(crate) fn render_bands(&mut self, step: usize, (frame, seed): (u32, u64), image: &mut [Rgb]) {
+        let rows = SQUARE * self.extent().width as usize;
+        let (this, never) = (&*self, AtomicBool::new(false));
+        let bands = image.chunks_mut(rows).enumerate().step_by(step);
+        parallel::for_each(bands, |_, (index, band)| {
+            this.render_band(index * SQUARE, frame, seed, band, &never)
+        });
+        self.tally.take();
+    }
+
     /// Adds to the own light of a tile's trees the light that all of them have found behind their
     /// first vertices.
     fn share(&self, tile: &mut Tile, trees: &mut Trees, range: Range<usize>) {

@@ -33,8 +33,8 @@ const OTHER_SEED: u64 = 0x7265_6d61_696e_6465;
 
 impl<'a, S: EmitterSampler + Send, E: EmitterSampler> RestirPtOffline<'a, S, E> {
     /// With these tiles, and resampled paths of the same scene. Of the options their trees, rounds
-    /// and direct light are replaced. Choosing the split takes four frames of tiles, where the
-    /// scene has delta lobes.
+    /// and direct light are replaced. Choosing the split takes four to six frames of tiles in a
+    /// small image, or in an eighth of a large one, if the scene has delta lobes.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.

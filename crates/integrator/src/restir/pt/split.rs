@@ -6,7 +6,6 @@ use lightshed_film::FrameMethod;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, SceneFeatures};
 use lightshed_shift::{PathPart, RayKind, WorldGeometry};
-use std::sync::atomic::AtomicBool;
 
 /// What a frame of [`RestirPtOffline`](crate::RestirPtOffline) is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,9 +27,13 @@ const FIRST_CANDIDATES: u32 = 12;
 /// Trees of paths by a delta lobe at `x₁` or `x₂`, which all pixels trace up to `x₂`.
 const EARLY_CANDIDATES: u32 = 6;
 
-/// Least variance of paths by a delta lobe at `x₂` over that of all paths that tiles share, for
-/// which the former are resampled: to look for them costs about as much as a few frames of tiles.
-const LEAST_SHARE: f64 = 2.0;
+/// Least variance of paths by a delta lobe at `x₂` over that of all that tiles share, from which on
+/// they are resampled: to look for them costs about as much as a few frames of tiles.
+const LEAST_SECOND: f64 = 2.0;
+
+/// Least variance of paths by a delta lobe at `x₁` over that of all others, from which on they are
+/// resampled: the camera rays and reservoirs of a frame cost about as much of its time.
+const LEAST_FIRST: f64 = 0.05;
 
 /// The squared number of frames of tiles for which their error and that of resampled paths cost the
 /// same, times that quotient of variances, as measured.
@@ -38,6 +41,11 @@ const BALANCE: f64 = 55.0;
 
 /// Seeds of the pilot.
 const SEEDS: [u64; 2] = [0xd1b5_4a32_d192_ed03, 0x8cb9_2ba7_2f3d_8dd7];
+
+/// Pixels that show variances. Of larger images these are in every second row of squares, every
+/// third and so on.
+const PIXELS: usize = 9216;
+const LARGEST_STEP: usize = 8;
 
 /// Points along a side of the image at which the camera looks for delta lobes, at most.
 const LOOKS: u32 = 64;
@@ -57,20 +65,19 @@ impl OfflineSplit {
         candidates: FIRST_CANDIDATES,
     };
 
-    /// By the variances of all that tiles share and of paths by a delta lobe at `x₂`, and by
-    /// whether the camera sees delta lobes.
-    fn of(shared: f64, second: f64, sees_specular: bool) -> Self {
-        if second <= LEAST_SHARE * shared {
-            return match sees_specular {
-                true => Self::FIRST_SPECULAR,
-                false => Self::TILES,
+    /// By the variances of all that tiles share, and of paths by a delta lobe at `x₁` and at `x₂`.
+    fn of(shared: f64, [first, second]: [f64; 2]) -> Self {
+        if second > LEAST_SECOND * shared {
+            let frames = (BALANCE * shared / second).sqrt().round() as u32;
+            return Self {
+                resampled: Some(PathPart::EarlySpecular),
+                tile_frames: frames.clamp(1, TILE_FRAMES),
+                candidates: EARLY_CANDIDATES,
             };
         }
-        let frames = (BALANCE * shared / second).sqrt().round() as u32;
-        Self {
-            resampled: Some(PathPart::EarlySpecular),
-            tile_frames: frames.clamp(1, TILE_FRAMES),
-            candidates: EARLY_CANDIDATES,
+        match first > LEAST_FIRST * (shared + second) {
+            true => Self::FIRST_SPECULAR,
+            false => Self::TILES,
         }
     }
 }
@@ -86,30 +93,39 @@ pub(super) fn split_of<S: EmitterSampler + Send, E: EmitterSampler>(
     if features.delta_materials == 0 || is_short || !features.has_light() {
         return OfflineSplit::TILES;
     }
-    let sees_specular = sees_specular(world);
     let [width, height] = tiles.size();
     let pixels = width as usize * height as usize;
-    let never = AtomicBool::new(false);
+    let step = pixels.div_ceil(PIXELS).clamp(1, LARGEST_STEP);
     let mut image = |part: Option<PathPart>, seed: u64| {
         tiles.leave_out(part);
         let mut image = vec![Rgb::ZERO; pixels];
-        tiles.render_frame(0, seed, &mut image, &never);
+        tiles.render_bands(step, (0, seed), &mut image);
         image
     };
-    let first = sees_specular.then_some(PathPart::FirstSpecular);
-    let [[all, shared], [other, other_shared]] =
-        SEEDS.map(|seed| [first, Some(PathPart::EarlySpecular)].map(|part| image(part, seed)));
-    // The same trees, so that all else is the same.
-    let second = |all: &[Rgb], shared: &[Rgb]| -> Vec<Rgb> {
-        all.iter()
-            .zip(shared)
-            .map(|(all, shared)| *all - *shared)
-            .collect()
+    let shared = SEEDS.map(|seed| image(Some(PathPart::EarlySpecular), seed));
+    // The same trees go on, so that differences are what belongs to their pixels only.
+    let without_first = SEEDS.map(|seed| image(Some(PathPart::FirstSpecular), seed));
+    let second = certain_variance([0, 1].map(|n| less(&without_first[n], &shared[n])));
+    let first = match sees_specular(world) {
+        true => {
+            let all = SEEDS.map(|seed| image(None, seed));
+            certain_variance([0, 1].map(|n| less(&all[n], &without_first[n])))
+        }
+        false => 0.0,
     };
-    let (variance, _) = half_squares(&shared, &other_shared);
-    let (sum, squares) = half_squares(&second(&all, &shared), &second(&other, &other_shared));
-    // Without one standard error: a single bright path says little.
-    OfflineSplit::of(variance, sum - squares.sqrt(), sees_specular)
+    let (shared, _) = half_squares(&shared);
+    OfflineSplit::of(shared, [first, second])
+}
+
+/// What an image has beyond another.
+fn less(image: &[Rgb], other: &[Rgb]) -> Vec<Rgb> {
+    image.iter().zip(other).map(|(a, b)| *a - *b).collect()
+}
+
+/// The variance less one standard error of its own: a single bright path says little.
+fn certain_variance(images: [Vec<Rgb>; 2]) -> f64 {
+    let (sum, squares) = half_squares(&images);
+    sum - squares.sqrt()
 }
 
 /// Whether the camera sees a delta lobe, at points of a grid.
@@ -120,19 +136,20 @@ fn sees_specular<E: EmitterSampler>(world: &SceneWorld<'_, E>) -> bool {
         settings.width as f32 / columns.max(1) as f32,
         settings.height as f32 / rows.max(1) as f32,
     );
-    let sees = (0..columns * rows).any(|place| {
+    let sees = |place: u32| {
         let (x, y) = (place % columns, place / columns);
         let at = (Vec2::new(x as f32, y as f32) + 0.5) * step;
         let seen = world.trace(&camera.ray(at, [0.5; 2]), RayKind::Sensor);
         seen.is_some_and(|seen| seen.has_delta_lobe())
-    });
+    };
+    let seen = (0..columns * rows).any(sees);
     // These rays belong to no frame.
     world.take_counts();
-    sees
+    seen
 }
 
 /// The sum over pixels of the variances by two images, and that of their squares.
-fn half_squares(a: &[Rgb], b: &[Rgb]) -> (f64, f64) {
+fn half_squares([a, b]: &[Vec<Rgb>; 2]) -> (f64, f64) {
     a.iter().zip(b).fold((0.0, 0.0), |(sum, squares), (a, b)| {
         let d = *a - *b;
         let half = 0.5 * f64::from(d.dot(d));
