@@ -120,3 +120,197 @@ fn add(image: &mut [Rgb], found: &[Rgb], weight: f32) {
         *value += *found * weight;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PathTracer;
+    use crate::restir::pt::PathMapping;
+    use lightshed_film::{PixelEstimator, SampleId};
+    use lightshed_scene::{
+        ColorTexture, EmittersByPower, FloatTexture, Geometry, Material, Scene, ShapeDescription,
+        SphereGeometry, builtin,
+    };
+    use lightshed_shift::PathPart;
+    use lightshed_testkit::{MeanTest, check_faults};
+
+    const SIDE: u32 = 16;
+    const EARLY: OfflineSplit = OfflineSplit {
+        resampled: Some(PathPart::EarlySpecular),
+        tile_frames: 2,
+        candidates: 2,
+    };
+    const FIRST: OfflineSplit = OfflineSplit {
+        resampled: Some(PathPart::FirstSpecular),
+        ..EARLY
+    };
+
+    type Method<'a> = RestirPtOffline<'a, EmittersByPower<'a>, EmittersByPower<'a>>;
+
+    /// What is done wrong.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Fault {
+        /// What is resampled is left in the tiles.
+        Twice,
+        /// What is left out of the tiles is not resampled.
+        Never,
+        /// Tiles leave out one vertex less than is resampled.
+        LessLeftOut,
+        /// Tiles leave out one vertex more.
+        MoreLeftOut,
+        /// Resampled frames have direct light, too.
+        DirectTwice,
+    }
+
+    /// A Cornell box with spheres of mirror, glass, and a mirror under half of a diffuse coat.
+    fn scene(max_depth: u32) -> Scene {
+        let mut description = builtin::cornell();
+        (description.settings.width, description.settings.height) = (SIDE, SIDE);
+        description.settings.max_depth = Some(max_depth);
+        let (white, first) = (
+            ColorTexture::Constant(Rgb::splat(0.9)),
+            description.materials.len() as u32,
+        );
+        let mirror = Material::Mirror {
+            reflectance: white.clone(),
+        };
+        let glass = Material::Dielectric {
+            eta: 1.5,
+            roughness: None,
+            specular_reflectance: white.clone(),
+            specular_transmittance: white.clone(),
+        };
+        let coated = Material::Blend {
+            weight: FloatTexture::Constant(0.5),
+            first: Box::new(mirror.clone()),
+            second: Box::new(Material::Diffuse { reflectance: white }),
+        };
+        description.materials.extend([mirror, glass, coated]);
+        let spheres = [
+            ([-0.5, -0.4, 0.5], 0.35),
+            ([0.4, -0.5, 0.7], 0.3),
+            ([0.2, 0.3, 0.4], 0.3),
+        ];
+        for (number, (center, radius)) in spheres.into_iter().enumerate() {
+            description.shapes.push(ShapeDescription {
+                name: format!("sphere {number}"),
+                geometry: Geometry::Sphere(SphereGeometry {
+                    center: center.into(),
+                    radius,
+                    flip_normals: false,
+                }),
+                material: first + number as u32,
+                emission: None,
+            });
+        }
+        Scene::new(&description).unwrap()
+    }
+
+    fn method<'a>(world: &'a SceneWorld<'a>, split: OfflineSplit, fault: Option<Fault>) -> Method<'a> {
+        let scene = world.scene();
+        let tiles = PathReuse::new(scene, scene.emitters_by_power());
+        let options = RestirPtOptions::offline(PathMapping::Hybrid);
+        let mut method = RestirPtOffline::with_split(tiles, world, options, split).unwrap();
+        match fault {
+            Some(Fault::Twice) => method.tiles.leave_out(None),
+            Some(Fault::Never) => method.rest = None,
+            Some(Fault::LessLeftOut) => method.tiles.leave_out(Some(PathPart::FirstSpecular)),
+            Some(Fault::MoreLeftOut) => method.tiles.leave_out(Some(PathPart::EarlySpecular)),
+            Some(Fault::DirectTwice) => {
+                if let Some(rest) = &mut method.rest {
+                    rest.options.direct_samples = 1;
+                }
+            }
+            None => (),
+        }
+        method
+    }
+
+    /// Sums over quarters and the whole over `count` images, by channel.
+    fn means(count: u32, mut image: impl FnMut(u32, &mut [Rgb])) -> Vec<MeanTest> {
+        let mut means = vec![MeanTest::new(); 5 * 3];
+        let mut pixels = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
+        for number in 0..count {
+            image(number, &mut pixels);
+            let mut sums = [[0.0f64; 3]; 5];
+            for (index, value) in pixels.iter().enumerate() {
+                let (x, y) = (index as u32 % SIDE, index as u32 / SIDE);
+                let quarter = (2 * (y * 2 / SIDE) + x * 2 / SIDE) as usize;
+                for part in [quarter, 4] {
+                    for (sum, value) in sums[part].iter_mut().zip(value.to_array()) {
+                        *sum += f64::from(value);
+                    }
+                }
+            }
+            for (mean, sum) in means.iter_mut().zip(sums.as_flattened()) {
+                mean.push(*sum);
+            }
+        }
+        means
+    }
+
+    fn paths(scene: &Scene, images: u32) -> Vec<MeanTest> {
+        let tracer = PathTracer::new(scene, scene.emitters_by_power());
+        means(images, |number, pixels| {
+            for (index, value) in (0..).zip(pixels) {
+                let ids: [SampleId; 16] = std::array::from_fn(|sample| SampleId {
+                    x: index % SIDE,
+                    y: index / SIDE,
+                    index: number * 16 + sample as u32,
+                });
+                let mut found = [Rgb::ZERO; 16];
+                tracer.sample_many(&ids, 77, &mut found);
+                *value = found.into_iter().sum::<Rgb>() / 16.0;
+            }
+        })
+    }
+
+    /// Frames have the mean of paths.
+    fn agree(
+        scene: &Scene,
+        truth: &[MeanTest],
+        (split, seeds): (OfflineSplit, u32),
+        fault: Option<Fault>,
+    ) -> Result<(), String> {
+        let world = SceneWorld::new(scene, scene.emitters_by_power());
+        let mut method = method(&world, split, fault);
+        let found = means(seeds, |seed, pixels| {
+            method
+                .render_frame(seed % 3, u64::from(seed), pixels, &AtomicBool::new(false))
+                .unwrap();
+        });
+        for (number, (found, truth)) in found.iter().zip(truth).enumerate() {
+            found
+                .test_equal(truth, 1e-5)
+                .map_err(|error| format!("{split:?}, mean {number}: {error}"))?;
+        }
+        Ok(())
+    }
+
+    /// Direct light, one bounce and more, with any split: each path is counted once.
+    #[test]
+    fn parts_make_up_all_paths() {
+        for (max_depth, images) in [(1, 20), (2, 60), (3, 120), (6, 150)] {
+            let scene = scene(max_depth);
+            let truth = paths(&scene, images);
+            for split in [OfflineSplit::TILES, FIRST, EARLY] {
+                agree(&scene, &truth, (split, 2 * images), None).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn parts_counted_twice_or_never_are_seen() {
+        for max_depth in [3, 6] {
+            let scene = scene(max_depth);
+            let truth = paths(&scene, 150);
+            let of = |split| {
+                let (scene, truth) = (&scene, &truth);
+                move |fault| agree(scene, truth, (split, 300), fault)
+            };
+            let always = [Fault::Twice, Fault::Never, Fault::DirectTwice];
+            check_faults(&[&always[..], &[Fault::LessLeftOut]].concat(), of(EARLY)).unwrap();
+            check_faults(&[&always[..], &[Fault::MoreLeftOut]].concat(), of(FIRST)).unwrap();
+        }
+    }
+}

@@ -159,3 +159,46 @@ fn half_squares([a, b]: &[Vec<Rgb>; 2]) -> (f64, f64) {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_film::RayCounts;
+    use lightshed_scene::{Scene, builtin};
+
+    fn split(name: &str, max_depth: Option<u32>) -> OfflineSplit {
+        let mut description = builtin::by_name(name).unwrap();
+        (description.settings.width, description.settings.height) = (96, 96);
+        description.settings.max_depth = max_depth.or(description.settings.max_depth);
+        let scene = Scene::new(&description).unwrap();
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
+        let split = split_of(&mut PathReuse::new(&scene, scene.emitters_by_power()), &world);
+        // Rays of the choice belong to no frame.
+        assert_eq!(world.take_counts(), RayCounts::default());
+        split
+    }
+
+    /// In the pool light comes through the surface of the water alone. Without smooth surfaces, or
+    /// with direct light alone, there is nothing to resample.
+    #[test]
+    fn splits_are_those_of_scenes() {
+        let pool = split("pool", None);
+        assert_eq!(pool.resampled, Some(PathPart::EarlySpecular), "{pool:?}");
+        assert_eq!(pool.tile_frames, 1);
+        assert_eq!(split("pool", Some(2)), OfflineSplit::TILES);
+        for name in ["cornell", "cornell-glossy", "doorway"] {
+            assert_eq!(split(name, None), OfflineSplit::TILES, "{name}");
+        }
+    }
+
+    /// More variance in what cannot be shared takes more of the work.
+    #[test]
+    fn splits_follow_variances() {
+        assert_eq!(OfflineSplit::of(1.0, [0.01, 0.0]), OfflineSplit::TILES);
+        assert_eq!(OfflineSplit::of(1.0, [0.2, 0.5]), OfflineSplit::FIRST_SPECULAR);
+        // An error that is not certain at all.
+        assert_eq!(OfflineSplit::of(0.0, [-1.0, -1.0]), OfflineSplit::TILES);
+        let frames = |second: f64| OfflineSplit::of(1.0, [0.0, second]).tile_frames;
+        assert_eq!([3.0, 14.0, 1e3, f64::INFINITY].map(frames), [4, 2, 1, 1]);
+    }
+}
