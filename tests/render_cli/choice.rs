@@ -113,15 +113,7 @@ fn explanations_are_true() {
         let passes = explained(scene, "restir-pt");
         assert_eq!(runs(&passes, "random replay"), replays);
         assert!(!runs(&passes, "media") && !runs(&passes, "tree traversal"));
-        let arguments = [
-            scene,
-            "--method",
-            "restir-pt",
-            "--size",
-            "16x16",
-            "--spp",
-            "1",
-        ];
+        let arguments = [scene, "--method", "restir-pt", "--size", "16x16", "--spp", "1"];
         let rays = folder.json(&arguments)["rays_per_sample"]["replay"].as_f64();
         assert_eq!(rays > Some(0.0), replays, "{rays:?}");
     }

@@ -318,7 +318,8 @@ pub static METHODS: &[MethodEntry] = &[
     },
     MethodEntry {
         name: "restir-pt-offline",
-        help: "ReSTIR path tracing in independent frames, for stills",
+        help: "Tiles that share their paths and, where these say little of smooth surfaces, ReSTIR path tracing of the rest, in \
+               independent frames, for stills",
         capabilities: MethodCapabilities {
             camera_motion: true,
             ..MethodCapabilities::FRAMES
