@@ -238,8 +238,8 @@ impl MethodValues {
         self.get(&DIRECT_SAMPLES).unwrap_or(default)
     }
 
-    /// Whether tiles share paths beside resampled ones, where the camera stands still and the method
-    /// takes that option.
+    /// Whether tiles share paths beside resampled ones, where the camera stands still and the
+    /// method takes that option.
     pub fn shares_in_tiles(&self) -> bool {
         let none = self.get::<String>(&SHARING).is_some_and(|how| how == "none");
         let resampled = [&DIRECT_SAMPLES, &FOOTPRINT]

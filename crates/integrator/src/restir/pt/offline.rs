@@ -162,8 +162,8 @@ mod tests {
         DirectTwice,
     }
 
-    /// A Cornell box whose ceiling is the lamp, so that noise is low, with spheres of mirror, glass,
-    /// and a mirror under half of a diffuse coat.
+    /// A Cornell box whose ceiling is the lamp, so that noise is low, with spheres of mirror, of
+    /// glass, and of a mirror under half of a diffuse coat.
     fn scene(max_depth: u32) -> Scene {
         let mut description = builtin::cornell();
         (description.settings.width, description.settings.height) = (SIDE, SIDE);
