@@ -152,11 +152,21 @@ fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulett
     }
     if shifts {
         let hybrid = values.path_mapping() == PathMapping::Hybrid;
+        let shares = arguments.method.entry().option("sharing").is_some()
+            && values.shares_paths()
+            && arguments.motion.is_none();
+        let replays = if shares {
+            scene.delta_materials > 0
+        } else {
+            !scene.is_diffuse()
+        };
         all.push(pass(
             "random replay",
-            hybrid && !scene.is_diffuse(),
+            hybrid && replays,
             "vertices that cannot be reconnected are replayed",
-            if hybrid {
+            if shares {
+                "nothing is smooth: all paths are shared"
+            } else if hybrid {
                 "all surfaces are diffuse: every path is reconnected at once"
             } else {
                 "--shift reconnection has none"

@@ -95,8 +95,8 @@ pub use registry::{
     MovingMedia, PathDepth, Stage, StartMethod, Started,
 };
 pub use restir::pt::{
-    MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPt, RestirPtError,
-    RestirPtOptions,
+    MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, OfflineSplit, PathMapping, RestirPt, RestirPtError,
+    RestirPtOffline, RestirPtOptions,
 };
 pub use restir::suffix::{
     MAX_BORROWED, MAX_PREFIXES, MAX_SPACING, RestirSuffix, RestirSuffixError, RestirSuffixOptions,

@@ -63,6 +63,11 @@ impl SceneVertex {
     pub fn point(&self) -> &SurfacePoint {
         &self.point
     }
+
+    /// Whether a mirror or a smooth refraction is among the lobes.
+    pub(crate) fn has_delta_lobe(&self) -> bool {
+        (0..self.bsdf.lobe_count()).any(|lobe| self.bsdf.is_delta(lobe))
+    }
 }
 
 impl<'a, S: EmitterSampler> SceneWorld<'a, S> {

@@ -27,6 +27,57 @@ pub struct PathDomain<'w, W: World> {
     pub(crate) start: Start<W>,
     pub(crate) connectability: Connectability,
     pub(crate) max_length: u32,
+    pub(crate) part: PathPart,
+}
+
+/// Which of the paths behind its start a domain has: all, or those that no connection from `x₁` to
+/// an `x₂` of another domain can make.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PathPart {
+    /// All.
+    #[default]
+    Whole,
+    /// Those of three edges and more that a delta lobe scatters at `x₁`.
+    FirstSpecular,
+    /// Those of three edges and more that a delta lobe scatters at `x₁` or `x₂`.
+    EarlySpecular,
+}
+
+impl PathPart {
+    /// How many first vertices decide what belongs to it.
+    #[inline(always)]
+    pub fn deciding_vertices(self) -> u32 {
+        match self {
+            Self::Whole => 0,
+            Self::FirstSpecular => 1,
+            Self::EarlySpecular => 2,
+        }
+    }
+
+    /// Whether a path belongs to it of which one of the deciding vertices has scattered by a delta
+    /// lobe, or none.
+    #[inline(always)]
+    pub(crate) fn has(self, specular: bool) -> bool {
+        self == Self::Whole || specular
+    }
+
+    /// What the path becomes that vertex number `index` scatters: whether one of the deciding
+    /// vertices has done so by a delta lobe. `None` if it does not belong to the part.
+    #[inline(always)]
+    pub(crate) fn scattered(self, specular: bool, index: u32, is_delta: bool) -> Option<bool> {
+        let last = self.deciding_vertices();
+        let specular = specular || (is_delta && index <= last);
+        (index < last || self.has(specular)).then_some(specular)
+    }
+
+    /// Fewest edges of its paths.
+    #[inline(always)]
+    pub(crate) fn least_length(self) -> u32 {
+        match self {
+            Self::Whole => 0,
+            _ => 3,
+        }
+    }
 }
 
 /// What paths start from.
@@ -87,7 +138,15 @@ impl<'w, W: World> PathDomain<'w, W> {
             start,
             connectability,
             max_length: max_length.min(MAX_PATH_LENGTH),
+            part: PathPart::Whole,
         }
+    }
+
+    /// Of these paths those of a part: candidates of others are not traced further, and shifts to
+    /// others are undefined.
+    #[must_use]
+    pub fn with_part(self, part: PathPart) -> Self {
+        Self { part, ..self }
     }
 
     /// Which vertices may be reconnected.

@@ -47,7 +47,7 @@ mod world;
 pub use check::{WorldFault, WorldFaults, WorldLaw, WorldTally, check_world};
 pub use connectability::{Connectability, ConnectabilityError, Footprint};
 pub use directions::{HeldDirection, held_directions};
-pub use domain::PathDomain;
+pub use domain::{PathDomain, PathPart};
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;

@@ -130,6 +130,8 @@ pub(crate) struct Offset<'a, V> {
     wo: Vec3,
     throughput: Vec3,
     before: Option<Before>,
+    /// As of a walk.
+    specular: bool,
 }
 
 /// The vertex `y_m` that an offset path has reached, by reference or by value, and what the path
@@ -170,6 +172,7 @@ impl<'a, V> Offset<'a, V> {
             wo,
             throughput: Vec3::ONE,
             before: None,
+            specular: false,
         }
     }
 
@@ -247,7 +250,7 @@ pub(crate) fn evaluate<W: World>(
     to: &PathDomain<'_, W>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (shape, rules, world) = (x.shape(), &to.connectability, to.world);
-    if shape.length > to.max_length {
+    if shape.length > to.max_length || shape.length < to.part.least_length() {
         return Err(Undefined::OutsideDomain);
     }
     let anchored = shape.anchor != AnchorKind::None;
@@ -268,6 +271,11 @@ pub(crate) fn evaluate<W: World>(
     let (first, wo) = start(to, &mut numbers, &mut seen)?;
     let offset = &mut Offset::at(first, wo);
     approach(to, offset, last, &mut numbers)?;
+    // No delta lobe leads to what is copied or sampled; a replayed lobe is yet to come.
+    let is_decided = anchored || shape.technique == Technique::Emitter;
+    if is_decided && !to.part.has(offset.specular) {
+        return Err(Undefined::OutsideDomain);
+    }
     if let (false, Some(numbers)) = (anchored, &mut numbers) {
         return match shape.technique {
             Technique::Emitter => replayed_emitter(to, offset, shape, numbers),
@@ -362,6 +370,10 @@ pub(crate) fn replay<W: World>(
     let sampled = world
         .sample_lobe(vertex, offset.wo, numbers.lobe, numbers.direction)
         .ok_or(Undefined::OutsideDomain)?;
+    let specular = to
+        .part
+        .scattered(offset.specular, m, sampled.is_delta)
+        .ok_or(Undefined::OutsideDomain)?;
     let roughness = world.lobe_roughness(vertex, sampled.lobe);
     if offset.connectable(to, m, roughness) {
         return Err(Undefined::NotInvertible);
@@ -379,6 +391,7 @@ pub(crate) fn replay<W: World>(
     }
     offset.wo = -sampled.wi;
     offset.before = Some(before);
+    offset.specular = specular;
     let left = Left {
         total_pdf: sampled.total_pdf,
         roughness,

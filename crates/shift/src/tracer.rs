@@ -99,7 +99,9 @@ impl<W: World> TreeTracer<W> {
             roulette_from: self.roulette_from,
         };
         let least_length = self.least_length;
-        let is_long = |sample: &PathSample| sample.shape().length >= least_length;
+        let is_long = |tree: usize, sample: &PathSample| {
+            sample.shape().length >= least_length.max(trees[tree].0.part.least_length())
+        };
         while !self.places.is_empty() {
             self.leave(trees);
             limits.first += 1;
@@ -115,7 +117,7 @@ impl<W: World> TreeTracer<W> {
                 let tree = self.suffix_trees[number];
                 match self.walks[tree].take_in(&light) {
                     Some((sample, weight))
-                        if sample.shape().length <= trees[tree].0.max_length && is_long(&sample) =>
+                        if sample.shape().length <= trees[tree].0.max_length && is_long(tree, &sample) =>
                     {
                         visit(tree, Finding::Path(&sample, weight));
                     }
@@ -138,7 +140,7 @@ impl<W: World> TreeTracer<W> {
                 let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
                 walk.settle(domain, before, vertex.as_ref());
                 let candidate = walk.arrive(domain, before, vertex.as_ref());
-                if let Some((sample, weight)) = candidate.filter(|(sample, _)| is_long(sample)) {
+                if let Some((sample, weight)) = candidate.filter(|(sample, _)| is_long(tree, sample)) {
                     visit(tree, Finding::Path(&sample, weight));
                 }
             }
@@ -202,7 +204,7 @@ impl<W: World> TreeTracer<W> {
             let Some(vertex) = vertex.as_ref().filter(|_| walk.index() < domain.max_length) else {
                 continue;
             };
-            if walk.index() + 1 >= self.least_length
+            if walk.index() + 1 >= self.least_length.max(domain.part.least_length())
                 && let Some(Pending { candidate, ray }) = walk.sample_emitter(domain, vertex)
             {
                 self.pending.push((tree, candidate));

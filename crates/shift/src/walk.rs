@@ -46,6 +46,9 @@ pub(crate) struct Walk<W: World> {
     found: Option<Found>,
     /// From the first vertex to the viewer.
     wo: Vec3,
+    /// Whether one of the vertices that decide about the domain's part has scattered by a delta
+    /// lobe.
+    specular: bool,
 }
 
 /// A path that ends at an emitter, and the weight it has as a candidate.
@@ -69,6 +72,7 @@ impl<W: World> Walk<W> {
             pair: None,
             found: None,
             wo: Vec3::ZERO,
+            specular: false,
         }
     }
 
@@ -129,6 +133,9 @@ impl<W: World> Walk<W> {
         vertex: &W::Vertex,
     ) -> Option<Pending<W::Ray>> {
         let world = domain.world;
+        if !domain.part.has(self.specular) {
+            return None;
+        }
         let (u_select, u) = self.numbers.emitter(self.index);
         let endpoint = world.sample_emitter(vertex, u_select, u)?;
         let connection = world.connect(vertex, &endpoint)?;
@@ -203,6 +210,9 @@ impl<W: World> Walk<W> {
         let wo = self.view();
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
+        self.specular = domain
+            .part
+            .scattered(self.specular, self.index, sampled.is_delta)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);
         let rules = &domain.connectability;
         let pair = self

@@ -1,5 +1,6 @@
 //! The methods that may be chosen.
 
+use super::prior::RESAMPLING;
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
 
@@ -122,6 +123,11 @@ pub(super) fn candidates(
             leave_out(name, "it does not take the options that were given");
             continue;
         };
+        let is_shared = name == RESAMPLING && family.methods[0].values().shares_paths();
+        if is_shared && features.delta_materials == 0 {
+            leave_out(name, "nothing is smooth, so its frames are those of path-reuse");
+            continue;
+        }
         if let Some(why) = idle(name, features, max_depth) {
             leave_out(name, why);
             continue;

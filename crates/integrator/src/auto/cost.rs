@@ -1,5 +1,6 @@
 //! What frames cost, counted instead of timed.
 
+use super::prior::RESAMPLING;
 use crate::LightChoosing;
 use crate::ray_cost::ray_cost;
 use crate::registry::Method;
@@ -48,6 +49,9 @@ const METHODS: [(&str, f64, [f64; 3]); 6] = [
     ("mcmm", 4.0, [9.5, 0.0, 0.0]),
 ];
 
+/// The same of frames that share by path reuse and resample the rest.
+const SHARED: (f64, [f64; 3]) = (9.0, [14.0, 0.02, -0.08]);
+
 /// `t` of one emitter, and more of it with each doubling.
 const TREE_CHOICE: [f64; 2] = [0.6, 0.11];
 
@@ -85,14 +89,25 @@ fn paths_of_frame(method: &Method) -> f64 {
 /// emitters chosen by the gloss of points.
 fn shades_in_lanes(method: &Method) -> bool {
     let values = method.values();
+    if shares_and_resamples(method) {
+        return values.light_choosing() != Some(LightChoosing::VlcLobes);
+    }
     let is_path = matches!(method.name(), "path" | "path-reuse" | "direct") && values.light_samples() == 1;
     let is_plain = values.guided_paths().is_none() && values.cache_rule().is_none();
     is_path && is_plain && values.light_choosing() != Some(LightChoosing::VlcLobes)
 }
 
+/// Whether most work of a method that resamples is in tiles.
+fn shares_and_resamples(method: &Method) -> bool {
+    method.name() == RESAMPLING && method.values().shares_paths()
+}
+
 /// What a frame costs at first sight, and what it costs beside its rays; those of paths for methods
 /// that have no row.
 fn measured(method: &Method) -> (f64, [f64; 3]) {
+    if shares_and_resamples(method) {
+        return SHARED;
+    }
     let known = METHODS.iter().find(|(name, ..)| *name == method.name());
     known.map_or((1.0, [0.0; 3]), |&(_, paths, beside)| (paths, beside))
 }
@@ -197,13 +212,18 @@ mod tests {
         let of = |text: &str, glossy_materials: usize| of_lanes(text, glossy_materials, 0);
         let [diffuse, glossy] = [0, 4].map(|count| of("path", count));
         assert_eq!(of_lanes("path", 4, 4), diffuse);
-        for together in ["path:bvh", "path-reuse", "direct:light-samples=1"] {
+        for together in [
+            "path:bvh",
+            "path-reuse",
+            "restir-pt-offline",
+            "direct:light-samples=1",
+        ] {
             assert_eq!(of_lanes(together, 4, 4), of(together, 0), "{together}");
         }
         for alone in [
             "path:vlc-lobes",
             "path:vmf",
-            "restir-pt-offline",
+            "restir-pt-offline:sharing=none",
             "direct:light-samples=2",
         ] {
             assert_eq!(of_lanes(alone, 4, 4), of(alone, 4), "{alone}");

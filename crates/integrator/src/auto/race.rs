@@ -49,7 +49,7 @@ impl Race<'_, '_> {
         let (mut way, mut gains) = (0, None);
         for (place, family) in families.iter().enumerate() {
             // Dearer frames gain by the same light that pixels share; and by light at glossy
-            // surfaces, which tiles do not share.
+            // surfaces, which are not shared.
             if family.methods[0].name() == RESAMPLING && gains == Some(false) && self.features.is_diffuse() {
                 self.leave_out(&family.methods[0], "nothing is glossy, and sharing does not gain");
                 continue;

@@ -48,7 +48,7 @@ fn the_choice_does_not_depend_on_threads() {
     assert!(one.left_out.iter().any(|left| left.why.contains("outliers")));
     assert_eq!(one.trials, three.trials);
     assert_eq!((&one.method, &one.why), (&three.method, &three.why));
-    // Light around corners is what tiles are for.
+    // Light around corners is what sharing is for.
     assert_eq!(one.method.name(), "path-reuse", "{:?}", one.trials);
     // As much work as the paths: fewer frames.
     let chosen = one

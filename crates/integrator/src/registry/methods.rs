@@ -10,8 +10,9 @@ use super::stage::{Motion, Stage, Started};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
     GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
-    RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix,
+    RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer,
+    VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_scene::SkySampling;
@@ -317,7 +318,8 @@ pub static METHODS: &[MethodEntry] = &[
     },
     MethodEntry {
         name: "restir-pt-offline",
-        help: "ReSTIR path tracing in independent frames, for stills",
+        help: "Tiles that share their paths and, where these say little of smooth surfaces, ReSTIR path tracing of the rest, in \
+               independent frames, for stills",
         capabilities: MethodCapabilities {
             camera_motion: true,
             ..MethodCapabilities::FRAMES
@@ -329,9 +331,13 @@ pub static METHODS: &[MethodEntry] = &[
             options::POINTS,
             options::VISIBLE,
             options::FOOTPRINT,
+            options::SHARING,
         ],
         start: |stage, values, motion| {
             let mut settings = RestirPtOptions::offline(values.path_mapping());
+            if values.shares_paths() && motion.camera.is_still() {
+                return shared_restir_pt(stage, values, settings);
+            }
             settings.direct_samples = values.direct_samples(settings.direct_samples);
             restir_pt(stage, values, motion, settings)
         },
@@ -588,6 +594,20 @@ fn restir_pt<'b>(
     let method = RestirPt::new(worlds.first(), options, motion.camera);
     let source = values.guide_source();
     frames(method.map(|method| method.with_guiding_from(guiding, source)))
+}
+
+fn shared_restir_pt<'b>(stage: &'b Stage<'_>, values: &MethodValues, options: RestirPtOptions) -> Start<'b> {
+    let world = stage.world(values.light_choosing()).map_err(reason)?;
+    let reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
+    let reuse = match values.visible_emission() {
+        true => reuse.with_visible_emission(),
+        false => reuse,
+    };
+    let options = RestirPtOptions {
+        points: values.points(),
+        ..options
+    };
+    frames(RestirPtOffline::new(reuse, world, options))
 }
 
 fn restir_suffix<'b>(

@@ -25,6 +25,8 @@ pub struct Ground<'a, S> {
     pub words: PathWords,
     /// The estimator of directly visible emission in some pixels, in place of their trees.
     pub visible: Option<&'a VisibleEmission>,
+    /// Trees end where a delta lobe of so many first vertices serves their own pixel alone.
+    pub apart: u32,
 }
 
 // Not derived: a derive would ask for `S: Copy`.
@@ -81,6 +83,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
+            apart: self.apart,
         });
         self.connect(&shadows, trees);
         if transport.max_depth == 2 {
@@ -102,6 +105,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             survivors: 0,
             shadows: &mut shadows,
             trees,
+            apart: self.apart,
         });
         self.connect(&shadows, trees);
         self.follow(&mut paths, survivors, trees);

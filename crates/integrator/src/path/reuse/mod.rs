@@ -18,6 +18,7 @@ use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::Extent;
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
+use lightshed_shift::PathPart;
 use reach::Reach;
 use squares::{MOST_PIXELS, Squares};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,6 +70,8 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
+    /// Paths that belong to their own pixel only, and are left to another estimator.
+    apart: Option<PathPart>,
 }
 
 /// Makes the seed of trees that are not in the image.
@@ -82,7 +85,13 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             tally: RayTally::default(),
             points: PointSet::Independent,
             visible: None,
+            apart: None,
         }
+    }
+
+    /// Leaves a part of the paths to another estimator from the next frame on.
+    pub(crate) fn leave_out(&mut self, part: Option<PathPart>) {
+        self.apart = part;
     }
 
     /// With frames whose numbers are those of `points`; the default is independent ones. Directions
@@ -116,9 +125,9 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
     /// Renders a row of squares into the rows of the image that it covers.
     fn render_row(
         &self,
+        (row, part): (usize, &mut [Rgb]),
         ground: Ground<'_, S>,
         squares: Squares,
-        (row, part): (usize, &mut [Rgb]),
         first: Reach,
         cancel: &AtomicBool,
     ) {
@@ -163,6 +172,38 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
         reach
     }
 
+    /// Renders every `step`-th row of squares of a frame by trees alone.
+    pub(crate) fn render_rows(&mut self, step: usize, names: (u32, u64), image: &mut [Rgb]) {
+        self.render_some(step, names, image, &AtomicBool::new(false));
+        self.tally.take();
+    }
+
+    fn render_some(&self, step: usize, (frame, seed): (u32, u64), image: &mut [Rgb], cancel: &AtomicBool) {
+        let words = PathWords {
+            points: self.points,
+            seed,
+        };
+        let ground = Ground {
+            transport: &self.transport,
+            tally: &self.tally,
+            width: self.extent().width,
+            frame,
+            words,
+            visible: self.visible.as_ref(),
+            apart: self.apart.map_or(0, PathPart::deciding_vertices),
+        };
+        let first = self.pilot(ground);
+        // Pixels of blocks of an image are neighbours within a block alone.
+        let squares = match self.transport.scene.camera().blocks() {
+            Some(_) => Squares::at_corner(self.extent()),
+            None => Squares::of_frame(self.extent(), seed, frame),
+        };
+        let rows = squares.rows(image).enumerate().step_by(step);
+        parallel::for_each(rows, |_, row| {
+            self.render_row(row, ground, squares, first, cancel)
+        });
+    }
+
     /// Adds to the own light of a square's trees the light that others have found behind their
     /// first vertices.
     fn share(&self, sharing: &mut Sharing, batches: &mut [Trees], pixels: usize, reach: &Reach) {
@@ -191,28 +232,7 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let this = &*self;
-        let words = PathWords {
-            points: this.points,
-            seed,
-        };
-        let ground = Ground {
-            transport: &this.transport,
-            tally: &this.tally,
-            width: this.extent().width,
-            frame,
-            words,
-            visible: this.visible.as_ref(),
-        };
-        let first = this.pilot(ground);
-        // Pixels of blocks of an image are neighbours within a block alone.
-        let squares = match this.transport.scene.camera().blocks() {
-            Some(_) => Squares::at_corner(this.extent()),
-            None => Squares::of_frame(this.extent(), seed, frame),
-        };
-        parallel::for_each(squares.rows(image), |row, part| {
-            this.render_row(ground, squares, (row, part), first, cancel)
-        });
+        self.render_some(1, (frame, seed), image, cancel);
         // Directly visible emission, where the trees leave it out.
         if let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) {
             let scene = self.transport.scene;

@@ -33,6 +33,8 @@ pub struct Vertices<'a, 's, S: EmitterSampler, const DEPTH: u32> {
     pub survivors: usize,
     pub shadows: &'a mut Shadows,
     pub trees: &'a mut Trees,
+    /// Trees end where a delta lobe of so many first vertices serves their own pixel alone.
+    pub apart: u32,
 }
 
 impl<S: EmitterSampler, const DEPTH: u32> LaneKernel for Vertices<'_, '_, S, DEPTH> {
@@ -197,6 +199,9 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let owner = self.paths.owner.get_word(index);
         let mut path = self.paths.get(index, DEPTH);
         if path.bounce.as_ref().is_some_and(|bounce| bounce.is_delta) {
+            if self.apart >= FIRST {
+                return;
+            }
             // No other pixel can reach this point: an ordinary path.
             let next = transport.advance(&mut path, &second, DEPTH, &mut &numbers, UNSEEN);
             if let Some(shadow) = &next.shadow {
@@ -263,7 +268,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let Some(sample) = bsdf.sample(*wo, numbers.u_lobe, Vec2::from(numbers.u_direction)) else {
             return;
         };
-        if sample.weight == Rgb::ZERO {
+        if sample.weight == Rgb::ZERO || (sample.is_delta && self.apart >= SECOND) {
             return;
         }
         let (before, eta_squared) = (before.throughput, sample.eta * sample.eta);

@@ -98,6 +98,17 @@ pub const DIRECT_SAMPLES: MethodOption = MethodOption::new(
      restir-pt-offline, 8 of restir-suffix and 32 of its offline frames, if not given; 0 resamples direct light, too",
 );
 
+/// Whether pixels share paths beside resampled ones.
+pub const SHARING: MethodOption = MethodOption::new(
+    "sharing",
+    "HOW",
+    "paths",
+    |text| one_of(text, &["paths", "none"]),
+    "What pixels share, so that at most what they cannot share is resampled: paths, or none, as \
+     where the camera moves and with options that are about resampled paths alone (--shift reconnection, --direct-samples, \
+     --footprint)",
+);
+
 /// The shift mapping.
 pub const SHIFT: MethodOption = MethodOption::new(
     "shift",
@@ -225,6 +236,16 @@ impl MethodValues {
     /// Samples of direct light beside resampled paths.
     pub fn direct_samples(&self, default: u32) -> u32 {
         self.get(&DIRECT_SAMPLES).unwrap_or(default)
+    }
+
+    /// Whether pixels share paths beside resampled ones, where the camera stands still and the
+    /// method takes that option.
+    pub fn shares_paths(&self) -> bool {
+        let none = self.get::<String>(&SHARING).is_some_and(|how| how == "none");
+        let resampled = [&DIRECT_SAMPLES, &FOOTPRINT]
+            .iter()
+            .any(|option| self.has(option));
+        !none && !resampled && self.path_mapping() == PathMapping::Hybrid
     }
 
     /// Most scattering vertices of a path through media.

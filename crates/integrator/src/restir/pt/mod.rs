@@ -4,13 +4,17 @@
 mod direct;
 mod footprint;
 mod mutation;
+mod offline;
 mod options;
 mod seen;
+mod split;
 
 pub(crate) use direct::{DIRECT_EDGES, DirectLight};
+pub use offline::RestirPtOffline;
 pub use options::{
     MAX_CANDIDATES, MAX_ROUNDS, MAX_STEPS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions,
 };
+pub use split::OfflineSplit;
 
 use footprint::PixelFootprint;
 
@@ -19,7 +23,7 @@ use super::world::{WorldCells, held_paths};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::reuse_frames::{Cells, FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
-use crate::{CameraMotion, PixelSensor, SceneWorld};
+use crate::{CameraMotion, PixelSensor, SceneVertex, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,
@@ -29,7 +33,7 @@ use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
-    Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
+    Connectability, Finding, PathDomain, PathPart, PathSample, PathShift, TreeTracer, WorldLighting,
 };
 use seen::{SeenPaths, ShiftSeen};
 use std::sync::Arc;
@@ -74,6 +78,8 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     cells: Option<WorldCells<SeenPaths<'a, E>>>,
     /// Beside the resampled paths.
     direct: DirectLight,
+    /// What is resampled.
+    part: PathPart,
 }
 
 /// What a pixel sees.
@@ -178,7 +184,14 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
             direct: DirectLight::default(),
+            part: PathPart::Whole,
         })
+    }
+
+    /// Only a part of the paths, if that is not the whole without emission that is seen directly.
+    pub(crate) fn of_part(mut self, part: PathPart) -> Self {
+        self.part = part;
+        self
     }
 
     /// With directions of candidates from a guide, too, which is of the same scene.
@@ -215,6 +228,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             reservoirs: self.reservoirs,
             cells: self.cells,
             direct: self.direct,
+            part: self.part,
         }
     }
 }
@@ -239,6 +253,11 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         Ok(())
     }
 
+    /// Whether emission that is seen directly is left to another estimator.
+    fn seen_elsewhere(&self) -> bool {
+        self.options.direct_samples > 0 || self.part != PathPart::Whole
+    }
+
     /// The pixels' domains, and emission seen directly. Returns the number of rays, `None` if
     /// cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
@@ -248,7 +267,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let camera = Arc::new(view.camera.clone());
         let kept = self.options.kept_frame(view.number);
         // Direct light includes emission that is seen directly.
-        let is_apart = self.options.direct_samples > 0;
+        let (part, is_apart) = (self.part, self.seen_elsewhere());
         let wanted = self.options.visible_emission && (is_apart || !at_sensor) && max_length > 0;
         self.direct
             .visible
@@ -269,7 +288,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         pixel: [x, y],
                     };
                     *value = Rgb::ZERO;
-                    let paths = PathDomain::of_sensor(world, sensor, connectability, max_length);
+                    let paths =
+                        PathDomain::of_sensor(world, sensor, connectability, max_length).with_part(part);
                     pixel.domain = Some(SeenPaths { paths, distance: 0.0 });
                     return;
                 }
@@ -279,10 +299,14 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
-                pixel.domain = vertex.zip(hit).map(|(vertex, hit)| {
+                // Where no path of the part begins, no tree need be traced.
+                let begins =
+                    |vertex: &SceneVertex| part != PathPart::FirstSpecular || vertex.has_delta_lobe();
+                pixel.domain = vertex.filter(begins).zip(hit).map(|(vertex, hit)| {
                     let rules = footprint.apply(connectability, index, &vertex);
                     SeenPaths {
-                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length),
+                        paths: PathDomain::behind(world, vertex, -ray.direction, rules, max_length)
+                            .with_part(part),
                         distance: hit.t,
                     }
                 });
@@ -310,6 +334,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
         let roulette_from = self.world.roulette_depth();
+        let seen_elsewhere = self.seen_elsewhere();
         let least_length = match self.options.direct_samples {
             0 => 0,
             _ => DIRECT_EDGES + 1,
@@ -348,7 +373,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     tracer.trace(&starts, |tree, finding| {
                         let place = owners[tree];
                         match finding {
-                            Finding::Seen(_) if least_length > 0 => (),
+                            Finding::Seen(_) if seen_elsewhere => (),
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
                             // Paths that cannot be shifted are useless to others and would displace
                             // paths that can.
