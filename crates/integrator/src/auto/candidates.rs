@@ -73,13 +73,6 @@ pub(super) fn chain(given: &[(String, String)]) -> Option<Method> {
     family("mcmm", given)?.methods.into_iter().next()
 }
 
-/// Paths with a guide that learns from frame to frame, with what was given, and with emitters
-/// chosen as by `like`; `None` if they do not take it.
-pub(super) fn guided(given: &[(String, String)], like: &Method) -> Option<Method> {
-    let mut methods = family("path:guide=vmf", given)?.methods.into_iter();
-    methods.find(|method| method.values().light_choosing() == like.values().light_choosing())
-}
-
 /// Why a method has nothing to do in a scene of paths of so many edges.
 fn idle(name: &str, features: &SceneFeatures, max_depth: Option<u32>) -> Option<&'static str> {
     let longest = max_depth.unwrap_or(u32::MAX);

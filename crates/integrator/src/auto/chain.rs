@@ -1,16 +1,15 @@
-//! Whether frames that follow from each other are better than the best that do not: chains, and
-//! paths with a guide.
+//! Whether frames that follow from each other are better than the best that do not.
 //!
 //! What such frames have learnt makes later ones better than the first, and a pilot sees the first
 //! ones alone. With `M(n) = C n E_n` for the error `E_n` of the mean of `n` frames, constant
 //! where frames are independent, a method that still learns has `M(n) < M(n/2)`. Doublings that are
 //! yet to come are taken to bring as much each, by the power `TRUST`.
 
-use super::candidates::{chain, guided};
+use super::candidates::chain;
 use super::choice::{Choice, Trial};
 use super::cost::FrameCost;
 use super::pilot::{halves, images};
-use super::plan::{AutoTask, ChainPlan, Learner};
+use super::plan::{AutoTask, ChainPlan};
 use super::race::clock;
 use crate::registry::{Method, MethodError, Stage};
 use std::sync::atomic::AtomicBool;
@@ -21,48 +20,16 @@ const TRUST: f64 = 0.7;
 /// What the last doubling brought, at most.
 const MOST_GAIN: f64 = 2.0;
 
-/// What a guide gains with each doubling of the paths that teach it.
-const GUIDE_GAIN: f64 = 1.27;
-
 /// Most doublings that are foreseen.
 const MOST_DOUBLINGS: f64 = 5.0;
 
-/// How much less error at equal cost the sharing of paths among pixels must have, where a guide is
-/// tried: it finds the same light, on paths of more edges than one, and costs more.
-const SHARED_LIGHT: f64 = 4.0;
-
-/// What is worth trying, and how.
-pub(super) fn learners_to_try(
+/// A chain: where light goes through smooth surfaces, on paths of few edges, and the work allows
+/// it.
+pub(super) fn chain_to_try(
     given: &[(String, String)],
     choice: &Choice,
     task: &AutoTask,
-    need: impl FnOnce() -> bool,
-) -> Vec<(Method, ChainPlan)> {
-    let chain = chain_to_try(given, choice, task);
-    let guide = guide_to_try(given, choice, task).filter(|_| need());
-    chain.into_iter().chain(guide).collect()
-}
-
-/// A guide: where sharing paths among pixels shows that light is found seldom and is the same for
-/// neighbours, and the work allows it.
-fn guide_to_try(given: &[(String, String)], choice: &Choice, task: &AutoTask) -> Option<(Method, ChainPlan)> {
-    let plain = choice.trials.first()?;
-    let shared = choice
-        .trials
-        .iter()
-        .find(|trial| trial.method.name() == "path-reuse")?;
-    let gain = plain.merit() / (shared.merit() / shared.prior);
-    if task.by_clock || !shared.is_lit || !(gain >= SHARED_LIGHT) {
-        return None;
-    }
-    let method = guided(given, &choice.method)?;
-    let plan = task.chain_plan(Learner::Guide, FrameCost::at_first_sight(&method))?;
-    Some((method, plan))
-}
-
-/// A chain: where light goes through smooth surfaces, on paths of few edges, and the work allows
-/// it.
-fn chain_to_try(given: &[(String, String)], choice: &Choice, task: &AutoTask) -> Option<(Method, ChainPlan)> {
+) -> Option<(Method, ChainPlan)> {
     let features = &choice.features;
     let has_images = features.delta_materials > 0 && features.has_light() && features.media == 0;
     let few_edges = choice.max_depth.is_some_and(|depth| (3..=4).contains(&depth));
@@ -70,14 +37,14 @@ fn chain_to_try(given: &[(String, String)], choice: &Choice, task: &AutoTask) ->
         return None;
     }
     let method = chain(given)?;
-    let plan = task.chain_plan(Learner::Chain, FrameCost::at_first_sight(&method))?;
+    let plan = task.chain_plan(FrameCost::at_first_sight(&method))?;
     Some((method, plan))
 }
 
-/// The choice, or what learns if it is better in the blocks of the plan, at which the scene is.
-pub(super) fn against_learner(
+/// The choice, or the chain if it is better in the blocks of the plan, at which the scene is.
+pub(super) fn against_chain(
     choice: Choice,
-    learner: &Method,
+    chain: &Method,
     plan: &ChainPlan,
     (stage, task): (&Stage<'_>, &AutoTask),
     cancel: &AtomicBool,
@@ -101,33 +68,27 @@ pub(super) fn against_learner(
         let blocks = best.error * f64::from(best.frames) / (known.error * f64::from(known.frames));
         scale = if blocks.is_finite() { blocks } else { 1.0 };
     }
-    let Some([half, whole]) = halves(stage, learner, plan.frames, task.threads, cancel)? else {
+    let Some([half, whole]) = halves(stage, chain, plan.frames, task.threads, cancel)? else {
         return Ok(choice);
     };
     let [width, height] = plan.blocks.size().map(f64::from);
     let pixels = 2.0 * width * height * f64::from(plan.frames);
-    let cost = FrameCost::of(learner, &choice.features);
+    let cost = FrameCost::of(chain, &choice.features);
     let cost = match &whole.rays {
         Some(rays) => cost.count(rays, pixels),
         // Of paths through media, whose rays are not counted.
         None => cost.in_paths(first.cost),
     };
     let all = f64::from(task.samples) * first.cost / cost;
-    let mut more = all / f64::from(plan.frames);
+    let more = all / f64::from(plan.frames);
     // Twice the frames of half the image, at twice its cost.
-    let mut gain = (half.error / (2.0 * whole.error))
+    let gain = (half.error / (2.0 * whole.error))
         .clamp(1.0, MOST_GAIN)
         .powf(TRUST);
-    if plan.learner == Learner::Guide {
-        // All pixels teach it. Its mean holds what it had not learnt yet.
-        let [columns, rows] = task.size.map(f64::from);
-        more *= columns * rows / (width * height);
-        gain = GUIDE_GAIN;
-    }
     let doublings = more.log2().clamp(0.0, MOST_DOUBLINGS);
     let error = scale * whole.error;
     let trial = Trial {
-        method: learner.clone(),
+        method: chain.clone(),
         frames: plan.frames,
         cost,
         error,
@@ -154,7 +115,7 @@ pub(super) fn against_learner(
             choice.method
         );
         choice.cost = cost / choice.trials[0].cost;
-        choice.method = learner.clone();
+        choice.method = chain.clone();
     }
     choice.trials.push(trial);
     Ok(choice)

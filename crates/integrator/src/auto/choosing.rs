@@ -1,13 +1,12 @@
-//! The choice: by features, by a pilot, and by trials of what learns.
+//! The choice: by features, by a pilot, and by a trial of chains.
 
 use super::candidates::{candidates, plainest};
-use super::chain::{against_learner, learners_to_try};
+use super::chain::{against_chain, chain_to_try};
 use super::choice::Choice;
 use super::plan::AutoTask;
 use super::prior::MANY_EMITTERS;
 use super::race::{Race, clock};
 use super::request::Auto;
-use crate::guide_need;
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_scene::{ImageBlocks, Scene, SceneFeatures};
 use std::sync::atomic::AtomicBool;
@@ -23,7 +22,6 @@ impl Auto {
         task: &AutoTask,
         cancel: &AtomicBool,
     ) -> Result<Choice, MethodError> {
-        let needs_guide = guide_need(scene).is_ok();
         let mut in_blocks =
             |blocks: Option<ImageBlocks>, work: &dyn Fn(&Stage<'_>) -> Result<Choice, MethodError>| {
                 let Some(blocks) = blocks else {
@@ -36,11 +34,11 @@ impl Auto {
                 })
             };
         let choice = in_blocks(task.pilot_blocks(), &|stage| self.choose_by(stage, task, cancel))?;
-        let learners = learners_to_try(self.given(), &choice, task, || needs_guide);
-        learners.into_iter().try_fold(choice, |choice, (learner, plan)| {
-            in_blocks(Some(plan.blocks), &|stage| {
-                against_learner(choice.clone(), &learner, &plan, (stage, task), cancel)
-            })
+        let Some((chain, plan)) = chain_to_try(self.given(), &choice, task) else {
+            return Ok(choice);
+        };
+        in_blocks(Some(plan.blocks), &|stage| {
+            against_chain(choice.clone(), &chain, &plan, (stage, task), cancel)
         })
     }
 

@@ -204,6 +204,26 @@ impl Images {
     pub fn certain(&self, weights: &[f64]) -> f64 {
         (certain(errors(&self.means)) * certain(self.weighed_errors(weights))).sqrt()
     }
+
+    /// The same where the pixels of squares of `side` pixels have outliers in common, in an image
+    /// of this width.
+    pub fn certain_of_squares(&self, weights: &[f64], width: usize, side: usize) -> f64 {
+        let columns = width.div_ceil(side).max(1);
+        let sums = |weight: &dyn Fn(usize) -> f64| {
+            let mut sums = Vec::new();
+            for (pixel, error) in errors(&self.means).enumerate() {
+                let square = pixel / width / side * columns + pixel % width / side;
+                if sums.len() <= square {
+                    sums.resize(square + 1, 0.0);
+                }
+                sums[square] += error * weight(pixel);
+            }
+            sums
+        };
+        let own = certain_of_sums(&sums(&|_| 1.0));
+        let weighed = certain_of_sums(&sums(&|pixel| weights[pixel]));
+        (own * weighed).sqrt()
+    }
 }
 
 /// `(S₁ − √S₂) / S₁` of the values' sum and the sum of their squares: a sum of rare values, whose
@@ -212,6 +232,19 @@ fn certain(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
     if sum > 0.0 && f64::is_finite(squares) {
         (1.0 - f64::sqrt(squares) / sum).max(0.0)
+    } else {
+        1.0
+    }
+}
+
+/// The same of few sums that each hold many values: `(S₁ − √S₂) / S₁` with the squares of what they
+/// differ by from their mean.
+fn certain_of_sums(sums: &[f64]) -> f64 {
+    let total: f64 = sums.iter().sum();
+    let mean = total / sums.len().max(1) as f64;
+    let squares: f64 = sums.iter().map(|sum| (sum - mean).powi(2)).sum();
+    if total > 0.0 && squares.is_finite() {
+        (1.0 - squares.sqrt() / total).max(0.0)
     } else {
         1.0
     }
@@ -228,7 +261,18 @@ fn half_squared_difference(a: &[f32; 3], b: &[f32; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::certain;
+    use super::{certain, certain_of_sums};
+
+    /// Equal squares hide no outlier; one that holds nearly all of the error is one.
+    #[test]
+    fn an_outlier_of_a_square_is_not_certain() {
+        assert_eq!(certain_of_sums(&[2.0; 4]), 1.0);
+        let left = certain_of_sums(&[1e6, 1.0, 1.0, 1.0]);
+        assert!((0.0..0.2).contains(&left), "{left}");
+        for sums in [vec![], vec![0.0; 3], vec![1e200, 1e300], vec![f64::NAN]] {
+            assert_eq!(certain_of_sums(&sums), 1.0);
+        }
+    }
 
     /// One outlier is chance; what a hundred equal pixels hold is known to a tenth.
     #[test]

@@ -18,20 +18,9 @@ pub struct AutoTask {
     pub chains: bool,
 }
 
-/// What learns from frame to frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Learner {
-    /// Chains of lobes.
-    Chain,
-    /// A guide of paths.
-    Guide,
-}
-
 /// What a method that learns renders, and what it is compared with: two images each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ChainPlan {
-    /// What it is.
-    pub learner: Learner,
     /// Blocks of the image.
     pub blocks: ImageBlocks,
     /// Its frames.
@@ -56,12 +45,17 @@ const WORK: f64 = 1e6;
 const SHARE_FALLS: f64 = 0.2;
 /// Candidates that share it, at most.
 const CANDIDATES: f64 = 4.0;
+/// Pixels of a chain's images, its frames, and its share of the work beside the pilot's: it learns
+/// in each pixel, and needs frames.
+const CHAIN_PIXELS: f64 = 512.0;
+const CHAIN_FRAMES: u32 = 24;
+const CHAIN_SHARE: f64 = 0.04;
 /// Paths in each pixel of the other's images.
 const OTHER_SAMPLES: u32 = 8;
 /// What one frame may cost, in what an image is worth.
 const DEAREST: f64 = 1.5;
 /// Side of the pilot's blocks: that of the squares in which pixels share paths.
-const SIDE: u32 = 16;
+pub(super) const SIDE: u32 = 16;
 /// Pixels of a pilot's image: with fewer, what they show is chance; more say little new.
 const PIXELS: [f64; 2] = [512.0, 16384.0];
 /// Paths in a pixel: with fewer, a frame of an expensive method costs more than that; more are for
@@ -89,19 +83,17 @@ impl AutoTask {
         self.plan()?.blocks
     }
 
-    /// What a learner renders whose frames cost as much as `cost` paths; `None` where the work is
+    /// What a chain renders whose frames cost as much as `cost` paths; `None` where the work is
     /// too little for that.
-    pub(super) fn chain_plan(&self, learner: Learner, cost: f64) -> Option<ChainPlan> {
+    pub(super) fn chain_plan(&self, cost: f64) -> Option<ChainPlan> {
         let [width, height] = self.size.map(f64::from);
         let work = width * height * f64::from(self.samples);
-        let (pixels, frames, share) = learner.trial();
-        let paths = cost * f64::from(frames) + f64::from(OTHER_SAMPLES);
-        let blocks = ImageBlocks::spread(self.size, pixels, SIDE)?;
+        let paths = cost * f64::from(CHAIN_FRAMES) + f64::from(OTHER_SAMPLES);
+        let blocks = ImageBlocks::spread(self.size, CHAIN_PIXELS, SIDE)?;
         let [width, height] = blocks.size().map(f64::from);
-        (self.chains && 2.0 * width * height * paths <= share * work).then_some(ChainPlan {
-            learner,
+        (self.chains && 2.0 * width * height * paths <= CHAIN_SHARE * work).then_some(ChainPlan {
             blocks,
-            frames,
+            frames: CHAIN_FRAMES,
             samples: OTHER_SAMPLES,
         })
     }
@@ -127,18 +119,6 @@ impl AutoTask {
             blocks,
             samples: samples as u32,
         })
-    }
-}
-
-impl Learner {
-    /// Pixels of its images, frames, and its share of the work beside the pilot's. A chain learns
-    /// in each pixel, and needs frames. A guide learns in regions of the scene, and needs samples;
-    /// it learns after 1, 2, 4 and so on, and half of the frames are those after the last time.
-    fn trial(self) -> (f64, u32, f64) {
-        match self {
-            Self::Chain => (512.0, 24, 0.04),
-            Self::Guide => (2304.0, 8, 0.075),
-        }
     }
 }
 

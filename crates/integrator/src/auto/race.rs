@@ -4,7 +4,7 @@ use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
-use super::plan::{AutoTask, PilotPlan};
+use super::plan::{AutoTask, PilotPlan, SIDE};
 use super::prior::{RESAMPLING, prior};
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_film::{RayCounts, process_cpu_seconds};
@@ -119,10 +119,13 @@ impl Race<'_, '_> {
                 cost,
                 error: images.error,
                 relative: images.weighed(&weights),
-                certain: if shows_outliers {
-                    images.certain(&weights)
-                } else {
-                    1.0
+                certain: match method.name() {
+                    _ if !shows_outliers => 1.0,
+                    // Up to all pixels of a square share a bright path.
+                    "path-reuse" | RESAMPLING => {
+                        images.certain_of_squares(&weights, width as usize, SIDE as usize)
+                    }
+                    _ => images.certain(&weights),
                 },
                 prior: prior(method, images.frames),
                 is_lit: images.is_lit(),

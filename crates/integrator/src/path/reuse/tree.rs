@@ -156,7 +156,7 @@ impl Trees {
         };
         let found = |is_there: bool, light: Rgb| match is_there && light != Rgb::ZERO {
             // Not zero: something is there.
-            true => luminance(light).max(f32::MIN_POSITIVE).min(f32::MAX),
+            true => luminance(light).max(f32::MIN_POSITIVE),
             false => 0.0,
         };
         let by_pdf = pdf(&behind.light);

@@ -123,7 +123,7 @@ impl Sharing {
     /// per share.
     fn collision(&self, second: &Second, own: usize, light: &mut [Rgb; TILE_PIXELS]) -> Rgb {
         let (views, crowd) = (&self.views, &self.crowd);
-        let scattered = |phases: &Phases| second.emitted + second.albedo * second.from_emitter(phases);
+        let scattered = |phases: &Phases| second.emitted + second.albedo * second.light_of_emitter(phases);
         let mut brought = Rgb::ZERO;
         // What goes on from there is shared by densities with the direction.
         let onward = second.onward.as_ref();
@@ -241,7 +241,7 @@ impl Phases {
 impl Second {
     /// Light of the emitter that it has seen. Emitters are found in two ways from there; the power
     /// heuristic combines them for each pixel separately.
-    fn from_emitter(&self, phases: &Phases) -> Rgb {
+    fn light_of_emitter(&self, phases: &Phases) -> Rgb {
         let Some(seen) = &self.emitter else {
             return Rgb::ZERO;
         };
