@@ -13,10 +13,10 @@ use std::sync::atomic::AtomicBool;
 ///
 /// A frame is the mean of some frames of path reuse plus one of resampled paths. Path reuse weighs
 /// the trees of many pixels by the balance heuristic: the sum over what a reservoir would choose
-/// from (Lin 2022 eq. 6.47), in lanes. But it connects `x₁` of one pixel with `x₂` of another, so paths
-/// of three edges and more that a delta lobe scatters at `x₁` or `x₂` belong to their own pixel
-/// only. Where these matter, path reuse leaves them out and reservoirs have nothing else. The hybrid
-/// shift replays delta lobes and connects behind them.
+/// from (Lin 2022 eq. 6.47), in lanes. But it connects `x₁` of one pixel with `x₂` of another, so
+/// paths of three edges and more that a delta lobe scatters at `x₁` or `x₂` belong to their own
+/// pixel only. Where these matter, path reuse leaves them out and reservoirs have nothing else. The
+/// hybrid shift replays delta lobes and connects behind them.
 ///
 /// Which of them are resampled is a function of the scene ([`OfflineSplit`]), chosen before the
 /// first frame by numbers that no frame uses. Every frame is unbiased, and frames are independent.
@@ -32,9 +32,9 @@ pub struct RestirPtOffline<'a, S: EmitterSampler, E: EmitterSampler> {
 const OTHER_SEED: u64 = 0x7265_6d61_696e_6465;
 
 impl<'a, S: EmitterSampler + Send, E: EmitterSampler> RestirPtOffline<'a, S, E> {
-    /// With this path reuse, and resampled paths of the same scene. Of the options their trees, rounds
-    /// and direct light are replaced. Choosing the split takes four to six frames of path reuse in a
-    /// small image, or in an eighth of a large one, if the scene has delta lobes.
+    /// With this path reuse, and resampled paths of the same scene. Of the options, trees, rounds
+    /// and direct light are replaced. Choosing the split takes four to six frames of path reuse of
+    /// a small image, or of an eighth of a large one, if the scene has delta lobes.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.

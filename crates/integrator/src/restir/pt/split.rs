@@ -35,8 +35,8 @@ const LEAST_SECOND: f64 = 2.0;
 /// resampled: the camera rays and reservoirs of a frame cost about as much of its time.
 const LEAST_FIRST: f64 = 0.05;
 
-/// The squared number of frames of path reuse for which its error and that of resampled paths cost the
-/// same, times that quotient of variances, as measured.
+/// The squared number of frames of path reuse for which its error and that of resampled paths cost
+/// the same, times that quotient of variances, as measured.
 const BALANCE: f64 = 55.0;
 
 /// Seeds of the pilot.
