@@ -123,9 +123,9 @@ fn shared_paths_are_the_same() {
     .unwrap();
 }
 
-/// 512 frames.
+/// 2,048 frames.
 fn compare_frames(mut method: impl FrameMethod, expected: &Rendered) -> Result<(), String> {
-    let frames = 512;
+    let frames = 2048;
     let mut options = RenderOptions::new(SIZE[0], SIZE[1], Budget::Samples(frames));
     options.seed = 7;
     let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap();
