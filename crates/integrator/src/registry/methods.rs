@@ -150,14 +150,7 @@ pub static METHODS: &[MethodEntry] = &[
         help: "Path tracing by pixels that share their paths: bright ones by up to 256",
         capabilities: MethodCapabilities::FRAMES,
         options: &[options::LIGHTS, options::SKY, options::POINTS, options::VISIBLE],
-        start: |stage, values, _| {
-            let method = PathReuse::new(stage.scene(), path_emitters(stage, values)?);
-            let method = method.with_points(values.points());
-            Ok(Started::Frames(match values.visible_emission() {
-                true => Box::new(method.with_visible_emission()),
-                false => Box::new(method),
-            }))
-        },
+        start: |stage, values, _| Ok(Started::Frames(Box::new(path_reuse(stage, values)?))),
     },
     MethodEntry {
         name: "mcmm",
@@ -318,8 +311,8 @@ pub static METHODS: &[MethodEntry] = &[
     },
     MethodEntry {
         name: "restir-pt-offline",
-        help: "Tiles that share their paths and, where these say little of smooth surfaces, ReSTIR path tracing of the rest, in \
-               independent frames, for stills",
+        help: "Path reuse and, where it pays, ReSTIR path tracing of what smooth surfaces scatter, in independent frames, for \
+               stills",
         capabilities: MethodCapabilities {
             camera_motion: true,
             ..MethodCapabilities::FRAMES
@@ -596,13 +589,20 @@ fn restir_pt<'b>(
     frames(method.map(|method| method.with_guiding_from(guiding, source)))
 }
 
-fn shared_restir_pt<'b>(stage: &'b Stage<'_>, values: &MethodValues, options: RestirPtOptions) -> Start<'b> {
-    let world = stage.world(values.light_choosing()).map_err(reason)?;
+fn path_reuse<'b, 'a>(
+    stage: &'b Stage<'a>,
+    values: &MethodValues,
+) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {
     let reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
-    let reuse = match values.visible_emission() {
+    Ok(match values.visible_emission() {
         true => reuse.with_visible_emission(),
         false => reuse,
-    };
+    })
+}
+
+fn shared_restir_pt<'b>(stage: &'b Stage<'_>, values: &MethodValues, options: RestirPtOptions) -> Start<'b> {
+    let world = stage.world(values.light_choosing()).map_err(reason)?;
+    let reuse = path_reuse(stage, values)?;
     let options = RestirPtOptions {
         points: values.points(),
         ..options

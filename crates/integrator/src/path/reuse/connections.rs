@@ -177,44 +177,43 @@ impl Sharing {
         }
     }
 
-    /// Begins the work on the trees of a square's pixels, `pixels` in all; each shares its light
-    /// as far as `reach` says.
-    pub fn begin(&mut self, batches: &[Trees], pixels: usize, reach: &Reach) {
+    /// Begins the work on the trees of a square's pixels, `pixels` in all. Each shares its light as
+    /// far as `reach` says, which then learns from them.
+    pub fn begin(&mut self, batches: &[Trees], pixels: usize, reach: &mut Reach) {
         self.groups.clear();
         self.lit.clear();
         self.work = 0..0;
-        let count = pixels.min(MOST_PIXELS).div_ceil(LANES);
-        for (batch, trees) in batches.iter().enumerate() {
+        for batch in 0..batches.len() {
             let end = MAX_BATCH.min(pixels - batch * MAX_BATCH);
             for place in (0..end).step_by(LANES) {
                 let lanes = lanes_within(place, end);
                 self.groups.push(Group { batch, place, lanes });
             }
-            for tree in 0..end {
-                let Some(place) = trees.second(tree) else {
-                    continue;
-                };
-                let around = |brightness: f32| match brightness > 0.0 {
-                    true => Groups::around(batch * MAX_BATCH + tree, reach.pixels(brightness), count),
-                    false => Groups::default(),
-                };
-                let [by_emitter, by_wi] = trees.brightness(tree, place).map(around);
-                let all = if by_emitter.len() > by_wi.len() {
-                    by_emitter
-                } else {
-                    by_wi
-                };
-                if all.len() > 0 {
-                    self.lit.push(Lit {
-                        batch,
-                        tree,
-                        place,
-                        by_emitter,
-                        by_wi,
-                        all,
-                        block: 0,
-                    });
-                }
+        }
+        let (others, count) = (*reach, self.groups.len());
+        reach.fade(pixels);
+        for ([batch, tree, place], brightness) in Trees::all_bright(batches, pixels) {
+            reach.learn(brightness);
+            let around = |brightness: f32| match brightness > 0.0 {
+                true => Groups::around(batch * MAX_BATCH + tree, others.pixels(brightness), count),
+                false => Groups::default(),
+            };
+            let [by_emitter, by_wi] = brightness.map(around);
+            let all = if by_emitter.len() > by_wi.len() {
+                by_emitter
+            } else {
+                by_wi
+            };
+            if all.len() > 0 {
+                self.lit.push(Lit {
+                    batch,
+                    tree,
+                    place,
+                    by_emitter,
+                    by_wi,
+                    all,
+                    block: 0,
+                });
             }
         }
     }

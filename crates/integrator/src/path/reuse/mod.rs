@@ -145,8 +145,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             for (pixels, trees) in pixels.chunks(MAX_BATCH).zip(&mut *batches) {
                 ground.grow(pixels, trees);
             }
-            self.share(&mut sharing, batches, pixels.len(), &reach);
-            reach.learn(batches, pixels.len());
+            self.share(&mut sharing, batches, pixels.len(), &mut reach);
             for (place, &pixel) in pixels.iter().enumerate() {
                 part[pixel as usize - start] = batches[place / MAX_BATCH].own(place % MAX_BATCH);
             }
@@ -167,7 +166,10 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                 .map(|place| (place * pixels / MAX_BATCH) as u32)
                 .collect();
             Ground { words, ..ground }.grow(&some, &mut trees);
-            reach.learn(std::slice::from_ref(&trees), some.len());
+            reach.fade(some.len());
+            for (_, brightness) in Trees::all_bright(std::slice::from_ref(&trees), some.len()) {
+                reach.learn(brightness);
+            }
         }
         reach
     }
@@ -206,7 +208,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
 
     /// Adds to the own light of a square's trees the light that others have found behind their
     /// first vertices.
-    fn share(&self, sharing: &mut Sharing, batches: &mut [Trees], pixels: usize, reach: &Reach) {
+    fn share(&self, sharing: &mut Sharing, batches: &mut [Trees], pixels: usize, reach: &mut Reach) {
         let (scene, lanes) = (self.transport.scene, self.transport.lanes);
         sharing.begin(batches, pixels, reach);
         while sharing.connect(scene, lanes, batches) {

@@ -1,8 +1,6 @@
 //! How many pixels share what a tree found.
 
 use super::squares::MOST_PIXELS;
-use super::tree::Trees;
-use lightshed_film::MAX_BATCH;
 use lightshed_lanes::LANES;
 
 /// Pixels that share a path, in the mean over all trees, if the number of none is bounded. Between
@@ -33,18 +31,15 @@ impl Reach {
         }
     }
 
-    /// Learns from the trees of a square.
-    pub fn learn(&mut self, batches: &[Trees], pixels: usize) {
+    /// Makes room for what the trees of so many pixels say.
+    pub fn fade(&mut self, pixels: usize) {
         self.brightness *= KEPT;
         self.trees = self.trees * KEPT + pixels as f64;
-        for (batch, trees) in batches.iter().enumerate() {
-            for tree in 0..MAX_BATCH.min(pixels - batch * MAX_BATCH) {
-                if let Some(place) = trees.second(tree) {
-                    let [by_emitter, by_wi] = trees.brightness(tree, place);
-                    self.brightness += (f64::from(by_emitter) + f64::from(by_wi)).min(f64::from(f32::MAX));
-                }
-            }
-        }
+    }
+
+    /// Learns from one of these trees, if its `x₂` can be reached.
+    pub fn learn(&mut self, [by_emitter, by_wi]: [f32; 2]) {
+        self.brightness += (f64::from(by_emitter) + f64::from(by_wi)).min(f64::from(f32::MAX));
     }
 
     /// The number of pixels, a power of two.

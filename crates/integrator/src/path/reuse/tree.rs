@@ -144,10 +144,20 @@ impl Trees {
         (place != Self::NOWHERE).then_some(usize::from(place))
     }
 
+    /// [`Trees::brightness`] of the trees of a square's pixels whose `x₂` others can reach, with
+    /// their batches, their numbers there, and the places of `x₂`.
+    pub fn all_bright(batches: &[Self], pixels: usize) -> impl Iterator<Item = ([usize; 3], [f32; 2])> + '_ {
+        batches.iter().enumerate().flat_map(move |(batch, trees)| {
+            let count = MAX_BATCH.min(pixels - batch * MAX_BATCH);
+            let reachable = (0..count).filter_map(|tree| Some((tree, trees.second(tree)?)));
+            reachable.map(move |(tree, place)| ([batch, tree, place], trees.brightness(tree, place)))
+        })
+    }
+
     /// About the radiance that an `x₂` sends on, of what was found by the emitter sample there and
     /// along the sampled direction. It is the same for all pixels that could have made the path, so
     /// the surface counts as white and diffuse. 0 if there is nothing to share.
-    pub fn brightness(&self, tree: usize, place: usize) -> [f32; 2] {
+    fn brightness(&self, tree: usize, place: usize) -> [f32; 2] {
         let (behind, tree) = (&self.behind, tree % MAX_BATCH);
         let is_lit = behind.lit >> place & 1 == 1;
         let is_scattered = behind.scattered >> place & 1 == 1;
