@@ -8,44 +8,38 @@
 //! with `S_d` the generator matrix of Sobol dimension `d` and `M_g` upper triangular with ones on
 //! its diagonal. `M_g` permutes each aligned block of `2^m` samples within itself, for all `m`, so
 //! a group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
-//! evenly it fills pairs of groups depends on the matrices. They are chosen by search
-//! (`search.rs`): of twenty thousand candidates the one for which the error of integrands that
-//! depend on the group and one earlier group is least, over 4 to 4,096 samples. Groups in random
-//! orders (Burley 2020, §5) are to each other as independent numbers are.
+//! evenly it fills pairs and triples of groups depends on the matrices. They are chosen by search
+//! (`search.rs`), column by column, for the least errors of integrands that depend on the group and
+//! on one or two earlier groups, over up to 8,192 samples. Groups in random orders (Burley 2020, §5) are to each other as
+//! independent numbers are.
 
+mod matrices;
 #[cfg(test)]
 mod search;
 
-use lightshed_lanes::LaneWords;
-
+use self::matrices::{COLUMNS, SEARCHED};
 use crate::scrambling::{mix, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::{GROUP, REVERSED_DIRECTIONS};
+use lightshed_lanes::LaneWords;
 
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
 const LINKED: usize = 32;
-
-/// What [`columns`] makes the matrix of each group from. Group 0 has the identity.
-const MATRIX_SEEDS: [u32; LINKED] = [
-    0x00000000, 0x7c172601, 0x0165ee23, 0xe2199409, 0xac6c9c0b, 0x11a23bbd, 0xf24e973d, 0x828baf01,
-    0x11bf63bd, 0x9ccea7df, 0xd5958707, 0xdf6264a3, 0xc06b8fe3, 0x7f1b353f, 0xf5d7692f, 0x1b067955,
-    0xcca35d17, 0x553b8fdd, 0x69d96bbf, 0x86bfe5ab, 0xdad53db5, 0x736bd3bd, 0x39cdae37, 0x1d8b2547,
-    0x9b4b07b3, 0x75e0984f, 0xdf027e3d, 0x18fcba2d, 0xe30d700f, 0x7e896ee1, 0x4c922d4b, 0x3401558f,
-];
 
 /// [`mix`] of a seed and a number.
 const fn hash(seed: u32, number: u32) -> u32 {
     mix(seed ^ number.wrapping_mul(0x9e37_79b9))
 }
 
-/// The columns of the matrix that `seed` stands for: bit `c` of column `c` is set, those below are
-/// hashed, those above are zero. The identity for 0.
-const fn columns(seed: u32) -> [u32; 32] {
+/// The columns of the matrix of a group: bit `c` of column `c` is set, those below are of the
+/// table, or hashed where that ends; those above are zero. The identity for group 0.
+const fn columns(group: usize) -> [u32; 32] {
     let mut columns = [0; 32];
     let mut c = 0;
     while c < 32 {
-        let below = match seed {
+        let below = match group {
             0 => 0,
-            _ => hash(seed, c as u32) & ((1 << c) - 1),
+            _ if c < SEARCHED => COLUMNS[group][c] as u32,
+            _ => hash(group as u32, c as u32) & ((1 << c) - 1),
         };
         columns[c] = 1 << c | below;
         c += 1;
@@ -59,7 +53,7 @@ static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
     let mut table = [[[0; GROUP]; 32]; LINKED];
     let mut group = 0;
     while group < LINKED {
-        let columns = columns(MATRIX_SEEDS[group]);
+        let columns = columns(group);
         let mut bit = 0;
         while bit < 32 {
             let mut from = 0;
