@@ -1,8 +1,10 @@
 //! A tree with eight children a node and watertight tests of eight triangles at a time.
 
 mod build;
+mod company;
 mod instances;
 mod node;
+mod packet;
 mod traverse;
 
 pub use build::build;

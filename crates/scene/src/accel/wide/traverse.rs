@@ -10,6 +10,7 @@
 //! steps do not depend on its neighbours: its result is the same, bit for bit, in any batch.
 
 use super::WideBvh;
+use super::company;
 use super::node::{Child, ChildKind, Node};
 use crate::accel::batch::{HitBatch, RayBatch};
 use crate::accel::block::{Nearest, TriangleBlock, TriangleRay, confirmed};
@@ -19,7 +20,7 @@ use core::marker::PhantomData;
 use lightshed_lanes::{LaneKernel, LaneMask, Lanes, flip_mask, prefetch_line};
 
 /// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013 §3).
-const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
+pub const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// What the tests need of a ray.
 ///
@@ -27,7 +28,7 @@ const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 /// compiler does not inline into a caller with other instructions than the crate's, and a call for
 /// every operation is the end of speed.
 #[derive(Clone, Copy)]
-struct RayConstants {
+pub struct RayConstants {
     triangle: TriangleRay,
     inverse_direction: [f32; 3],
     /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by
@@ -82,7 +83,7 @@ impl RayConstants {
 const IN_FLIGHT: usize = 8;
 
 /// Where rays come from.
-trait Rays: Copy {
+pub trait Rays: Copy {
     fn get(self, index: usize) -> Ray;
 }
 
@@ -135,7 +136,7 @@ impl Answers<bool> for &mut u64 {
 }
 
 /// A query for a ray, answered step by step.
-trait Query: Copy {
+pub trait Query: Copy {
     /// The answer.
     type Answer: Copy;
     /// The initial answer, before any step.
@@ -220,7 +221,7 @@ impl Nearest {
 /// costs every ray some per cent: the few rays whose nearest hit is doubtful start anew.
 #[cold]
 #[inline(never)]
-fn confirmed_nearest(bvh: &WideBvh, ray: Ray) -> Nearest {
+pub fn confirmed_nearest(bvh: &WideBvh, ray: Ray) -> Nearest {
     let Confirmed(nearest) = bvh.lanes.run(One {
         bvh,
         ray: &ray,
@@ -328,8 +329,8 @@ impl Query for Any {
 
 /// A ray on its way.
 #[derive(Clone, Copy)]
-struct Traversal<Q> {
-    query: Q,
+pub struct Traversal<Q> {
+    pub query: Q,
     constants: RayConstants,
     child: Child,
     /// Index of the ray in the query.
@@ -339,10 +340,16 @@ struct Traversal<Q> {
 impl<Q: Query> Traversal<Q> {
     #[inline(always)]
     fn new(ray: &Ray, index: usize) -> Self {
+        Self::below(ROOT, Q::start(ray), ray, index)
+    }
+
+    /// Of what lies in `child`; for the other parts of the tree, `query` is answered.
+    #[inline(always)]
+    pub fn below(child: Child, query: Q, ray: &Ray, index: usize) -> Self {
         Self {
-            query: Q::start(ray),
+            query,
             constants: RayConstants::new(ray),
-            child: ROOT,
+            child,
             ray: index,
         }
     }
@@ -354,7 +361,7 @@ impl<Q: Query> Traversal<Q> {
 
     /// Visits one child; true if the ray is done.
     #[inline(always)]
-    fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: impl Rays) -> bool {
+    pub fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: impl Rays) -> bool {
         if self.child.kind() == ChildKind::Node {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
@@ -508,6 +515,39 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
     }
 }
 
+struct NearestOfBatch<'a> {
+    bvh: &'a WideBvh,
+    rays: &'a RayBatch,
+    count: usize,
+    hits: &'a mut HitBatch,
+}
+
+impl LaneKernel for NearestOfBatch<'_> {
+    const HOT: bool = true;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            bvh,
+            rays,
+            count,
+            hits,
+        } = self;
+        if company::intersect::<L>(bvh, rays, count, hits) {
+            return;
+        }
+        let many = Many {
+            bvh,
+            rays,
+            count,
+            answers: hits,
+            query: PhantomData::<Nearest>,
+        };
+        many.run::<L>();
+    }
+}
+
 impl WideBvh {
     /// The nearest hit.
     #[inline]
@@ -560,7 +600,12 @@ impl WideBvh {
     /// The nearest hit of each of the first `count` rays.
     #[inline]
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        self.many::<Nearest>(rays, count.min(RayBatch::CAPACITY), hits);
+        self.lanes.run(NearestOfBatch {
+            bvh: self,
+            rays,
+            count: count.min(RayBatch::CAPACITY),
+            hits,
+        });
     }
 
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
