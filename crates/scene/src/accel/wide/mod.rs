@@ -7,6 +7,9 @@ mod node;
 mod packet;
 mod traverse;
 
+#[cfg(test)]
+mod company_tests;
+
 pub use build::build;
 pub use instances::{Instances, Placed};
 
