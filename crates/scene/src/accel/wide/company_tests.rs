@@ -2,11 +2,12 @@
 
 use super::packet::Packet;
 use super::{Instances, Placed, Primitives, WideBvh};
+use crate::accel::block::{TriangleBlock, TriangleRay};
 use crate::accel::tests::{soup, uniform};
 use crate::accel::{HitBatch, Ray, RayBatch, Sphere};
 use glam::{Affine3A, Vec3};
 use lightshed_bvh::{Bounds, Bvh, Preset};
-use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use lightshed_lanes::{ArrayLanes, LaneChoice, LaneKernel, Lanes};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -72,11 +73,19 @@ fn tree(triangles: &[[Vec3; 3]], instances: Instances, boxes: &[Bounds]) -> Wide
 }
 
 /// Rays from about one point, in directions that are up to `spread` apart; some end early, and some
-/// go through corners of triangles or along their edges.
+/// go through corners of triangles or along their edges. In half of all companies all but one or two
+/// are close together, so that these alone make the ranges.
 fn company(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f32) -> Vec<Ray> {
     let origin = uniform(rng) * 1.5;
     let towards = uniform(rng) * 0.7 - origin;
-    let ray = |_| {
+    let close = if rng.random() { 0.01 } else { 1.0 };
+    let apart: [usize; 2] = [(); 2].map(|_| rng.random_range(0..count));
+    let ray = |index| {
+        let spread = if apart.contains(&index) {
+            spread
+        } else {
+            spread * close
+        };
         let origin = origin + uniform(rng) * 0.1 * spread;
         let direction = match rng.random_range(0..4) {
             0 => {
@@ -101,14 +110,21 @@ fn company(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f3
     (0..count).map(ray).collect()
 }
 
-/// Triangles, three copies of each so that distances are equal, and many in one plane.
+/// Triangles, some in one plane, and copies of them in any order so that distances are equal: more of
+/// some than a leaf can hold.
 fn copies(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
     let mut triangles = soup(rng, 1_000, 0.15);
     for triangle in &mut triangles[..100] {
         triangle.iter_mut().for_each(|corner| corner.z = 0.125);
     }
-    let order: Vec<usize> = (0..2_000).map(|_| rng.random_range(0..1_000)).collect();
-    triangles.extend(order.iter().map(|&index| triangles[index]).collect::<Vec<_>>());
+    for _ in 0..3_000 {
+        let of = if rng.random() { 30 } else { 1_000 };
+        triangles.push(triangles[rng.random_range(0..of)]);
+    }
+    // Larger ones, so that rays hit them together.
+    for triangle in &mut triangles {
+        triangle[1] += triangle[1] - triangle[0];
+    }
     triangles
 }
 
@@ -138,15 +154,18 @@ fn rays_side_by_side_hit_spheres_and_instances() {
     let mut rng = Pcg64Mcg::seed_from_u64(42);
     let triangles = soup(&mut rng, 300, 0.1);
     let object = soup(&mut rng, 200, 0.2);
-    let spheres: Vec<Sphere> = (0..30)
+    let mut spheres: Vec<Sphere> = (0..30)
         .map(|_| Sphere {
             center: uniform(&mut rng),
             radius: 0.1,
         })
         .collect();
-    let maps: Vec<Affine3A> = (0..3)
+    let mut maps: Vec<Affine3A> = (0..3)
         .map(|_| Affine3A::from_translation(uniform(&mut rng)) * Affine3A::from_scale(Vec3::splat(0.5)))
         .collect();
+    // Each twice, so that distances are equal.
+    spheres.extend_from_within(..);
+    maps.extend_from_within(..);
     let first = (triangles.len() + spheres.len()) as u32;
     let placed = maps.iter().zip(0..).map(|(map, number)| Placed {
         to_object: map.inverse(),
@@ -188,6 +207,13 @@ fn rays_side_by_side_hit_spheres_and_instances() {
     assert!(of_kinds.iter().all(|&hits| hits > 300), "{of_kinds:?}");
 }
 
+/// Whether the test in lanes says that a ray hits one of the triangles.
+fn is_hit(ray: &Ray, triangles: &[[Vec3; 3]]) -> bool {
+    let of = TriangleRay::new(ray, (1.0 / ray.direction).to_array());
+    let block = TriangleBlock::new((0..).zip(triangles.iter().copied()));
+    of.hits::<ArrayLanes>(&block, ray.t_max, 0.0).0 != 0
+}
+
 /// A slat that rays leave, as in the tests of other trees: eight-wide tests say that some hit it.
 #[test]
 fn rays_side_by_side_do_not_hit_the_needle_that_they_leave() {
@@ -199,29 +225,29 @@ fn rays_side_by_side_do_not_hit_the_needle_that_they_leave() {
         Vec3::new(3.5843267, -4.5806537, 1.0806823),
     ];
     let mut triangles = vec![[a, b, c], [a, c, d]];
-    triangles.extend(
-        soup(&mut rng, 60, 0.1)
-            .iter()
-            .map(|t| t.map(|p| p + 20.0 * Vec3::Y)),
-    );
+    // In the same leaf, so that its box is entered; rays end before they reach it.
+    let lid = |x, z| Vec3::new(x, -4.0, z);
+    triangles.push([lid(-3.0, 0.0), lid(4.0, 0.0), lid(0.0, 2.0)]);
     let tree = tree(&triangles, Instances::default(), &[]);
     let mut batch = RayBatch::NOWHERE;
-    let mut packets = 0;
+    let mut wrong = 0;
     for _ in 0..400 {
-        let towards = (Vec3::Y * 0.3 + uniform(&mut rng).with_y(0.0)).normalize();
+        // As a path in a real scene left it.
+        let towards = Vec3::new(0.71, 0.28, -0.65);
         let leave = |_| {
             let at = a
                 .lerp(b, rng.random())
                 .lerp(d.lerp(c, rng.random()), rng.random());
-            Ray::segment(at + Vec3::Y * 2e-5, towards + uniform(&mut rng) * 0.05, 1.0)
+            Ray::segment(at + Vec3::Y * 2e-5, towards + uniform(&mut rng) * 0.02, 1.0)
         };
         let rays: Vec<Ray> = (0..64).map(leave).collect();
         if let Some(hits) = compare(&tree, &mut batch, &rays) {
             assert_eq!(hits, 0);
-            packets += 1;
+            // Without a look at the plane.
+            wrong += rays.iter().filter(|ray| is_hit(ray, &triangles[..2])).count();
         }
     }
-    assert!(packets > 100, "{packets} packets");
+    assert!(wrong > 5, "{wrong} rays would be wrong");
 }
 
 /// What the shared test of boxes is not made for is not a packet, and is traced all the same.
@@ -262,4 +288,11 @@ fn rays_apart_or_along_a_plane_are_no_packet() {
             assert_eq!(hits, 39);
         }
     }
+    // One ray that goes far, and in lanes like its own ends that are no numbers.
+    let mut rays = vec![Ray::segment(alike[0].origin, alike[0].direction, 1e-3); 40];
+    rays[0] = alike[0];
+    for place in [8, 16, 24, 32] {
+        rays[place].t_max = f32::NAN;
+    }
+    assert_eq!(compare(&tree, &mut batch, &rays), Some(1));
 }
