@@ -219,15 +219,14 @@ impl<'a> Packet<'a> {
         while place < self.count {
             let asked = Self::lanes::<M>(rays, place);
             if asked != 0 {
-                let [o, _] = self.rays.read::<M>(place);
-                let o = [o.x, o.y, o.z];
                 let (mut near, mut far) = (M::splat(0.0), t_max.read::<M>(place));
                 for axis in 0..3 {
                     let forwards = (self.flip >> axis & 1) as usize;
+                    let origin = self.rays.origin[axis].read::<M>(place);
                     let inverse = self.inverse_direction[axis].read::<M>(place);
                     let [first, last] = [forwards ^ 1, forwards].map(|row| node.bounds[axis][row][slot]);
-                    near = ((M::splat(first) - o[axis]) * inverse).max(near);
-                    far = ((M::splat(last) - o[axis]) * inverse).min(far);
+                    near = ((M::splat(first) - origin) * inverse).max(near);
+                    far = ((M::splat(last) - origin) * inverse).min(far);
                 }
                 let hit = near.less_equal(far * M::splat(FAR_WIDENING)).bits();
                 entering |= u64::from(hit & asked) << place;
