@@ -7,11 +7,11 @@
 use super::WideBvh;
 use super::node::{Child, ChildKind};
 use super::packet::{Packet, greatest};
-use super::traverse::{Traversal, confirmed_nearest};
+use super::traverse::{Many, Traversal, confirmed_nearest};
 use crate::accel::batch::{HitBatch, RayBatch};
 use crate::accel::block::{Nearest, TriangleBlock};
 use crate::accel::stack::{STACK_CAPACITY, Stack, StackMemory};
-use lightshed_lanes::{AnyLanes, LaneMask, Lanes, MOST_LANES, flip_mask};
+use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, flip_mask};
 
 /// Fewer rays than these are not worth the company. From 3 to 12 in a box make no difference.
 const FEW: u32 = 4;
@@ -26,10 +26,48 @@ struct Visit {
     rays: u64,
 }
 
+impl WideBvh {
+    /// The nearest hit of each of the first `count` rays.
+    #[inline]
+    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        self.lanes.run(NearestOfBatch {
+            bvh: self,
+            rays,
+            count: count.min(RayBatch::CAPACITY),
+            hits,
+        });
+    }
+}
+
+struct NearestOfBatch<'a> {
+    bvh: &'a WideBvh,
+    rays: &'a RayBatch,
+    count: usize,
+    hits: &'a mut HitBatch,
+}
+
+impl LaneKernel for NearestOfBatch<'_> {
+    const HOT: bool = true;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            bvh,
+            rays,
+            count,
+            hits,
+        } = self;
+        if !intersect::<L>(bvh, rays, count, hits) {
+            Many::nearest(bvh, rays, count, hits).run::<L>();
+        }
+    }
+}
+
 /// Finds the nearest hits of the first `count` rays, at most [`RayBatch::CAPACITY`], if they are a
 /// packet; if they are not, does nothing and returns false.
 #[inline(always)]
-pub fn intersect<L: Lanes>(bvh: &WideBvh, rays: &RayBatch, count: usize, hits: &mut HitBatch) -> bool {
+fn intersect<L: Lanes>(bvh: &WideBvh, rays: &RayBatch, count: usize, hits: &mut HitBatch) -> bool {
     if count < FEWEST {
         return false;
     }

@@ -73,8 +73,8 @@ fn tree(triangles: &[[Vec3; 3]], instances: Instances, boxes: &[Bounds]) -> Wide
 }
 
 /// Rays from about one point, in directions that are up to `spread` apart; some end early, and some
-/// go through corners of triangles or along their edges. In half of all companies all but one or two
-/// are close together, so that these alone make the ranges.
+/// go through corners of triangles or along their edges. In half of all companies all but one or
+/// two are close together, so that these alone make the ranges.
 fn company(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f32) -> Vec<Ray> {
     let origin = uniform(rng) * 1.5;
     let towards = uniform(rng) * 0.7 - origin;
@@ -110,8 +110,8 @@ fn company(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f3
     (0..count).map(ray).collect()
 }
 
-/// Triangles, some in one plane, and copies of them in any order so that distances are equal: more of
-/// some than a leaf can hold.
+/// Triangles, some in one plane, and copies of them in any order so that distances are equal: more
+/// of some than a leaf can hold.
 fn copies(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
     let mut triangles = soup(rng, 1_000, 0.15);
     for triangle in &mut triangles[..100] {

@@ -10,7 +10,6 @@
 //! steps do not depend on its neighbours: its result is the same, bit for bit, in any batch.
 
 use super::WideBvh;
-use super::company;
 use super::node::{Child, ChildKind, Node};
 use crate::accel::batch::{HitBatch, RayBatch};
 use crate::accel::block::{Nearest, TriangleBlock, TriangleRay, confirmed};
@@ -102,7 +101,7 @@ impl Rays for &RayBatch {
 }
 
 /// Where answers go.
-trait Answers<A> {
+pub trait Answers<A> {
     fn set(&mut self, index: usize, answer: A);
 }
 
@@ -455,12 +454,27 @@ impl<Q: Query> LaneKernel for One<'_, Q> {
     }
 }
 
-struct Many<'a, Q, R, A> {
+/// Several rays, of which some are in flight at any time.
+pub struct Many<'a, Q, R, A> {
     bvh: &'a WideBvh,
     rays: R,
     count: usize,
     answers: A,
     query: PhantomData<Q>,
+}
+
+impl<'a, R, A> Many<'a, Nearest, R, A> {
+    /// The nearest hits of the first `count` rays.
+    #[inline(always)]
+    pub fn nearest(bvh: &'a WideBvh, rays: R, count: usize, answers: A) -> Self {
+        Self {
+            bvh,
+            rays,
+            count,
+            answers,
+            query: PhantomData,
+        }
+    }
 }
 
 impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> {
@@ -515,39 +529,6 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> 
     }
 }
 
-struct NearestOfBatch<'a> {
-    bvh: &'a WideBvh,
-    rays: &'a RayBatch,
-    count: usize,
-    hits: &'a mut HitBatch,
-}
-
-impl LaneKernel for NearestOfBatch<'_> {
-    const HOT: bool = true;
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self {
-            bvh,
-            rays,
-            count,
-            hits,
-        } = self;
-        if company::intersect::<L>(bvh, rays, count, hits) {
-            return;
-        }
-        let many = Many {
-            bvh,
-            rays,
-            count,
-            answers: hits,
-            query: PhantomData::<Nearest>,
-        };
-        many.run::<L>();
-    }
-}
-
 impl WideBvh {
     /// The nearest hit.
     #[inline]
@@ -595,17 +576,6 @@ impl WideBvh {
     #[inline]
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
-    }
-
-    /// The nearest hit of each of the first `count` rays.
-    #[inline]
-    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        self.lanes.run(NearestOfBatch {
-            bvh: self,
-            rays,
-            count: count.min(RayBatch::CAPACITY),
-            hits,
-        });
     }
 
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
