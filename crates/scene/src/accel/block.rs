@@ -186,6 +186,24 @@ pub struct Nearest {
 }
 
 impl Nearest {
+    /// The hit with these, where `primitive` is `u32::MAX` if there is none before `t`.
+    #[inline(always)]
+    pub fn found(t: f32, primitive: u32, weights: [f32; 2]) -> Self {
+        let next = f32::from_bits(t.to_bits() + 1);
+        Self {
+            t,
+            bound: if primitive == u32::MAX { t } else { next },
+            primitive,
+            weights,
+        }
+    }
+
+    /// What [`Nearest::found`] is made from.
+    #[inline(always)]
+    pub fn parts(&self) -> (f32, u32, [f32; 2]) {
+        (self.t, self.primitive, self.weights)
+    }
+
     /// No hit yet.
     #[inline(always)]
     pub fn none(ray: &Ray) -> Self {

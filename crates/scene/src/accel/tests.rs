@@ -32,11 +32,11 @@ fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option
     best
 }
 
-fn uniform(rng: &mut impl Rng) -> Vec3 {
+pub(super) fn uniform(rng: &mut impl Rng) -> Vec3 {
     Vec3::from_array([(); 3].map(|_| rng.random::<f32>() * 2.0 - 1.0))
 }
 
-fn soup(rng: &mut impl Rng, count: usize, size: f32) -> Vec<[Vec3; 3]> {
+pub(super) fn soup(rng: &mut impl Rng, count: usize, size: f32) -> Vec<[Vec3; 3]> {
     (0..count)
         .map(|_| {
             let center = uniform(rng);

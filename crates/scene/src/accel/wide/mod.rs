@@ -1,9 +1,15 @@
-//! A tree with eight children a node and watertight tests of eight triangles at a time.
+//! A tree with eight children a node and watertight tests of eight triangles at a time. Rays of a
+//! batch that all go one way are traced side by side, others several in flight.
 
 mod build;
+mod company;
 mod instances;
 mod node;
+mod packet;
 mod traverse;
+
+#[cfg(test)]
+mod company_tests;
 
 pub use build::build;
 pub use instances::{Instances, Placed};

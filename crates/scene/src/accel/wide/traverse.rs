@@ -19,7 +19,7 @@ use core::marker::PhantomData;
 use lightshed_lanes::{LaneKernel, LaneMask, Lanes, flip_mask, prefetch_line};
 
 /// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013 §3).
-const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
+pub const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// What the tests need of a ray.
 ///
@@ -27,7 +27,7 @@ const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 /// compiler does not inline into a caller with other instructions than the crate's, and a call for
 /// every operation is the end of speed.
 #[derive(Clone, Copy)]
-struct RayConstants {
+pub struct RayConstants {
     triangle: TriangleRay,
     inverse_direction: [f32; 3],
     /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by
@@ -82,7 +82,7 @@ impl RayConstants {
 const IN_FLIGHT: usize = 8;
 
 /// Where rays come from.
-trait Rays: Copy {
+pub trait Rays: Copy {
     fn get(self, index: usize) -> Ray;
 }
 
@@ -101,7 +101,7 @@ impl Rays for &RayBatch {
 }
 
 /// Where answers go.
-trait Answers<A> {
+pub trait Answers<A> {
     fn set(&mut self, index: usize, answer: A);
 }
 
@@ -135,7 +135,7 @@ impl Answers<bool> for &mut u64 {
 }
 
 /// A query for a ray, answered step by step.
-trait Query: Copy {
+pub trait Query: Copy {
     /// The answer.
     type Answer: Copy;
     /// The initial answer, before any step.
@@ -220,7 +220,7 @@ impl Nearest {
 /// costs every ray some per cent: the few rays whose nearest hit is doubtful start anew.
 #[cold]
 #[inline(never)]
-fn confirmed_nearest(bvh: &WideBvh, ray: Ray) -> Nearest {
+pub fn confirmed_nearest(bvh: &WideBvh, ray: Ray) -> Nearest {
     let Confirmed(nearest) = bvh.lanes.run(One {
         bvh,
         ray: &ray,
@@ -328,8 +328,8 @@ impl Query for Any {
 
 /// A ray on its way.
 #[derive(Clone, Copy)]
-struct Traversal<Q> {
-    query: Q,
+pub struct Traversal<Q> {
+    pub query: Q,
     constants: RayConstants,
     child: Child,
     /// Index of the ray in the query.
@@ -339,10 +339,16 @@ struct Traversal<Q> {
 impl<Q: Query> Traversal<Q> {
     #[inline(always)]
     fn new(ray: &Ray, index: usize) -> Self {
+        Self::below(ROOT, Q::start(ray), ray, index)
+    }
+
+    /// Of what lies in `child`; for the other parts of the tree, `query` is answered.
+    #[inline(always)]
+    pub fn below(child: Child, query: Q, ray: &Ray, index: usize) -> Self {
         Self {
-            query: Q::start(ray),
+            query,
             constants: RayConstants::new(ray),
-            child: ROOT,
+            child,
             ray: index,
         }
     }
@@ -354,7 +360,7 @@ impl<Q: Query> Traversal<Q> {
 
     /// Visits one child; true if the ray is done.
     #[inline(always)]
-    fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: impl Rays) -> bool {
+    pub fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: impl Rays) -> bool {
         if self.child.kind() == ChildKind::Node {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
@@ -448,12 +454,27 @@ impl<Q: Query> LaneKernel for One<'_, Q> {
     }
 }
 
-struct Many<'a, Q, R, A> {
+/// Several rays, of which some are in flight at any time.
+pub struct Many<'a, Q, R, A> {
     bvh: &'a WideBvh,
     rays: R,
     count: usize,
     answers: A,
     query: PhantomData<Q>,
+}
+
+impl<'a, R, A> Many<'a, Nearest, R, A> {
+    /// The nearest hits of the first `count` rays.
+    #[inline(always)]
+    pub fn nearest(bvh: &'a WideBvh, rays: R, count: usize, answers: A) -> Self {
+        Self {
+            bvh,
+            rays,
+            count,
+            answers,
+            query: PhantomData,
+        }
+    }
 }
 
 impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> {
@@ -555,12 +576,6 @@ impl WideBvh {
     #[inline]
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
-    }
-
-    /// The nearest hit of each of the first `count` rays.
-    #[inline]
-    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        self.many::<Nearest>(rays, count.min(RayBatch::CAPACITY), hits);
     }
 
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
