@@ -185,7 +185,7 @@ fn equal_distances_go_to_the_lowest_index() {
 
 /// A slat of 6 m by 2 mm, and a ray that leaves it, as a path in a real scene did: the eight-wide
 /// test alone says that it is hit ahead. Many more such rays, from both sides of both triangles; in
-/// trees of all kinds, without one, and in company. A ray towards the slat still hits it.
+/// trees of all kinds, without one, and together. A ray towards the slat still hits it.
 #[test]
 fn rays_do_not_hit_the_needle_that_they_leave() {
     let mut rng = Pcg64Mcg::seed_from_u64(19);
@@ -265,7 +265,7 @@ fn lanes_give_the_same_bits() {
     }
 }
 
-/// Without a tree, alone and in company, on every kind of lanes: the hit of brute force to the last
+/// Without a tree, alone and together, on every kind of lanes: the hit of brute force to the last
 /// bit, where triangles share vertices and edges and where they do not.
 #[test]
 fn a_few_triangles_are_brute_force() {
@@ -297,7 +297,7 @@ fn a_few_triangles_are_brute_force() {
                 let occluded = flat.occluded_batch(&batch, rays.len());
                 for (index, (ray, &expected)) in rays.iter().zip(&expected).enumerate() {
                     assert_eq!(flat.intersect(ray), expected, "{ray:?} alone");
-                    assert_eq!(found.get(index), expected, "{ray:?} in company");
+                    assert_eq!(found.get(index), expected, "{ray:?} together");
                     assert_eq!(flat.occluded(ray), expected.is_some());
                     assert_eq!(occluded >> index & 1 == 1, expected.is_some());
                 }

@@ -2,14 +2,14 @@
 //! batch that all go one way are traced side by side, others several in flight.
 
 mod build;
-mod company;
 mod instances;
 mod node;
 mod packet;
+mod packet_traversal;
 mod traverse;
 
 #[cfg(test)]
-mod company_tests;
+mod packet_tests;
 
 pub use build::build;
 pub use instances::{Instances, Placed};

@@ -75,7 +75,7 @@ fn tree(triangles: &[[Vec3; 3]], instances: Instances, boxes: &[Bounds]) -> Wide
 /// Rays from about one point, in directions that are up to `spread` apart; some end early, and some
 /// go through corners of triangles or along their edges. In half of all companies all but one or
 /// two are close together, so that these alone make the ranges.
-fn company(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f32) -> Vec<Ray> {
+fn rays_one_way(rng: &mut impl Rng, triangles: &[[Vec3; 3]], count: usize, spread: f32) -> Vec<Ray> {
     let origin = uniform(rng) * 1.5;
     let towards = uniform(rng) * 0.7 - origin;
     let close = if rng.random() { 0.01 } else { 1.0 };
@@ -138,7 +138,7 @@ fn rays_side_by_side_hit_what_they_hit_alone() {
     for number in 0..600 {
         let spread = [0.0, 1e-3, 0.05, 0.3][number % 4];
         let count = [16, 17, 31, 32, 50, 64][number % 6];
-        let rays = company(&mut rng, &triangles, count, spread);
+        let rays = rays_one_way(&mut rng, &triangles, count, spread);
         // What the batch has beyond these rays stays from the ones before.
         if let Some(found) = compare(&tree, &mut batch, &rays) {
             packets += 1;
@@ -196,7 +196,7 @@ fn rays_side_by_side_hit_spheres_and_instances() {
     let mut batch = RayBatch::NOWHERE;
     let mut of_kinds = [0; 3];
     for _ in 0..200 {
-        let rays = company(&mut rng, &triangles, 64, 0.2);
+        let rays = rays_one_way(&mut rng, &triangles, 64, 0.2);
         if compare(&tree, &mut batch, &rays).is_some() {
             for hit in rays.iter().filter_map(|ray| tree.intersect(ray)) {
                 let kind = usize::from(hit.primitive >= 300) + usize::from(hit.primitive >= first);

@@ -13,7 +13,7 @@ use crate::accel::block::{Nearest, TriangleBlock};
 use crate::accel::stack::{STACK_CAPACITY, Stack, StackMemory};
 use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, flip_mask};
 
-/// Fewer rays than these are not worth the company. From 3 to 12 in a box make no difference.
+/// Where fewer rays than these are in a box, each goes on alone. 3 to 12 make no difference.
 const FEW: u32 = 4;
 /// Fewest rays of a batch that are tried.
 const FEWEST: usize = 16;
@@ -74,22 +74,22 @@ fn intersect<L: Lanes>(bvh: &WideBvh, rays: &RayBatch, count: usize, hits: &mut 
     let Some(packet) = Packet::new::<L::Long>(rays, count) else {
         return false;
     };
-    let mut company = Company { bvh, packet, hits };
-    company.start();
-    company.go::<L>();
-    company.finish::<L::Long>();
+    let mut traversal = PacketTraversal { bvh, packet, hits };
+    traversal.start();
+    traversal.go::<L>();
+    traversal.finish::<L::Long>();
     true
 }
 
 /// The rays and what they have hit so far. Until the end, the second barycentric weight of a hit is
 /// that of the first vertex, and `t` of a ray that has hit nothing is its end.
-struct Company<'a> {
+struct PacketTraversal<'a> {
     bvh: &'a WideBvh,
     packet: Packet<'a>,
     hits: &'a mut HitBatch,
 }
 
-impl Company<'_> {
+impl PacketTraversal<'_> {
     #[inline(always)]
     fn start(&mut self) {
         let HitBatch { t, primitive, .. } = &mut *self.hits;
