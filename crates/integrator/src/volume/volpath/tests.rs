@@ -371,7 +371,7 @@ fn clear_grids_are_those_with_surfaces_in_them() {
     .unwrap();
 }
 
-/// In company and alone, bit for bit.
+/// Together and alone, bit for bit.
 #[test]
 fn a_path_does_not_depend_on_its_batch() {
     for name in ["cloud", "smoke-in-cornell", "fire"] {
