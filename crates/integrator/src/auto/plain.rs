@@ -7,8 +7,8 @@ use super::pilot::Images;
 /// A frame that shares paths knows both errors: its own, and that of plain paths, which is greater
 /// by what its account of second moments says. Both hang on the same rare bright paths, so their
 /// ratio is known from frames that are too few to know either. Images of plain paths have outliers
-/// of their own, and tell less. Plain paths may have less error than this, by a third at most, where
-/// they gain by stratification.
+/// of their own, and tell less. Plain paths may have less error than this, half of it at the least,
+/// where they gain by stratification.
 #[derive(Clone, Copy)]
 pub(super) struct PlainErrors {
     /// The mean squared error.
@@ -66,8 +66,8 @@ mod tests {
 
     /// What frames that share paths say about plain paths is what those show: where nearly all of
     /// the error is taken away, and where little is.
-    /// Planted faults: the square of the mean left in, the share of the pixel itself squared or
-    /// left out, gains of one of the two ways to continue alone.
+    /// Planted faults: the square of the mean left in, gains of one of the two ways to continue
+    /// from a path's second vertex alone.
     #[test]
     fn shared_paths_know_the_error_of_plain_ones() {
         for (name, frames) in [("cornell", 48), ("glossy-bounce", 48), ("warehouse", 32)] {
