@@ -6,9 +6,10 @@
 //! too small to show (`prior.rs`): at equal cost independent frames of method `k` have the error
 //! `C_k E_k / C`. `E_k` is half the mean squared difference of two independent images, which is the
 //! squared error of an unbiased method whatever the image is, or rather its geometric mean with the
-//! same relative to the brightness of the neighbourhood, which hangs less on single pixels. `C_k`
-//! is counted in rays (`cost.rs`), so that the choice is a function of the scene and of what is
-//! asked, the same for any number of threads, on any machine, and for each of an image's shards.
+//! same relative to the brightness of the neighbourhood, which hangs less on single pixels; of
+//! plain paths it is what frames that share paths say about them (`plain.rs`). `C_k` is counted in
+//! rays (`cost.rs`), so that the choice is a function of the scene and of what is asked, the same
+//! for any number of threads, on any machine, and for each of an image's shards.
 //! Pilots render blocks of the image and not a smaller one: in larger pixels, surfaces' edges would
 //! hold more of the error, and neighbours would have less to share.
 
@@ -18,7 +19,9 @@ mod choice;
 mod choosing;
 mod cost;
 mod frames;
+mod gains;
 mod pilot;
+mod plain;
 mod plan;
 mod prior;
 mod race;

@@ -1,5 +1,7 @@
 //! A candidate's two images.
 
+use super::gains::Gains;
+use crate::path::reuse::{PathReuse, PixelGain};
 use crate::registry::{Method, MethodError, Motion, Stage, Started};
 use lightshed_film::{
     Budget, RayCounts, RenderError, RenderOptions, RenderOutcome, RgbImage, render, render_frames,
@@ -19,6 +21,8 @@ pub(super) struct Images {
     pub error: f64,
     /// The pixels of both, row by row.
     pub means: [RgbImage; 2],
+    /// What sharing brought a frame, of frames that share paths.
+    pub gains: Option<Gains>,
 }
 
 /// Seeds of the two images, apart from those that images are rendered with.
@@ -43,21 +47,38 @@ pub(super) fn images(
     cancel: &AtomicBool,
 ) -> Result<Option<Images>, MethodError> {
     // Independent frames are of the seed alone: both images are of one start.
-    let mut started = method.start(stage, Motion::STILL)?;
-    let mut outcomes = Vec::new();
+    let mut sharing = method.start_path_reuse(stage)?.map(PathReuse::with_gains);
+    let mut other = match &sharing {
+        Some(_) => None,
+        None => Some(method.start(stage, Motion::STILL)?),
+    };
+    let (mut outcomes, mut gains) = (Vec::new(), Vec::new());
     for seed in SEEDS {
         let options = RenderOptions {
             seed,
             threads,
             ..options(stage, frames)
         };
-        match part(&mut started, method, &options, cancel)? {
+        let outcome = match (&mut sharing, &mut other) {
+            (Some(sharing), _) => {
+                let outcome = render_frames(sharing, &options, &|_| (), cancel);
+                gains.push(sharing.take_gains());
+                whole(outcome, method)?
+            }
+            (None, Some(other)) => part(other, method, &options, cancel)?,
+            (None, None) => None,
+        };
+        match outcome {
             Some(outcome) => outcomes.push(outcome),
             None => return Ok(None),
         }
     }
     let outcomes: Option<[RenderOutcome; 2]> = outcomes.try_into().ok();
-    Ok(outcomes.map(|outcomes| compared(frames, outcomes)))
+    let gains: Option<[Vec<PixelGain>; 2]> = gains.try_into().ok();
+    Ok(outcomes.map(|outcomes| Images {
+        gains: gains.map(|gains| Gains::of(&gains, frames)),
+        ..compared(frames, outcomes)
+    }))
 }
 
 /// The same of a method whose frames follow from each other: two images of half of the frames, and
@@ -124,6 +145,14 @@ fn part(
         Started::Samples(estimator) => render(&*estimator, options, &|_| (), cancel),
         Started::Frames(method) => render_frames(method, options, &|_| (), cancel),
     };
+    whole(outcome, method)
+}
+
+/// `None` of what was interrupted.
+fn whole(
+    outcome: Result<RenderOutcome, RenderError>,
+    method: &Method,
+) -> Result<Option<RenderOutcome>, MethodError> {
     let outcome = outcome.map_err(|error| refused(method, &error))?;
     Ok((!outcome.interrupted).then_some(outcome))
 }
@@ -137,6 +166,7 @@ fn compared(frames: u32, outcomes: [RenderOutcome; 2]) -> Images {
         frames,
         rays: rays.filter(|rays| *rays != RayCounts::default()),
         seconds,
+        gains: None,
         error: errors(&means).sum::<f64>() / means[0].pixels().len().max(1) as f64,
         means,
     }
@@ -185,13 +215,8 @@ impl Images {
 
     /// Mean squared error with these weights.
     pub fn weighed(&self, weights: &[f64]) -> f64 {
-        self.weighed_errors(weights).sum::<f64>() / weights.len().max(1) as f64
-    }
-
-    /// Errors of the pixels that have any, with these weights.
-    fn weighed_errors(&self, weights: &[f64]) -> impl Iterator<Item = f64> {
         let errors = errors(&self.means).zip(weights);
-        errors.filter(|(error, _)| *error > 0.0).map(|(e, w)| e * w)
+        errors.map(|(e, w)| e * w).sum::<f64>() / weights.len().max(1) as f64
     }
 
     /// Whether enough pixels have an error for [`Images::certain`] to tell anything.
@@ -200,14 +225,9 @@ impl Images {
     }
 
     /// Of the error, what is left without one standard error of its own; of both errors, the
-    /// geometric mean.
-    pub fn certain(&self, weights: &[f64]) -> f64 {
-        (certain(errors(&self.means)) * certain(self.weighed_errors(weights))).sqrt()
-    }
-
-    /// The same where the pixels of squares of `side` pixels have outliers in common, in an image
-    /// of this width.
-    pub fn certain_of_squares(&self, weights: &[f64], width: usize, side: usize) -> f64 {
+    /// geometric mean. Pixels of squares of `side` pixels have outliers in common, in an image of
+    /// this width.
+    pub fn certain(&self, weights: &[f64], width: usize, side: usize) -> f64 {
         let columns = width.div_ceil(side).max(1);
         let sums = |weight: &dyn Fn(usize) -> f64| {
             let mut sums = Vec::new();
@@ -220,29 +240,18 @@ impl Images {
             }
             sums
         };
-        let own = certain_of_sums(&sums(&|_| 1.0));
-        let weighed = certain_of_sums(&sums(&|pixel| weights[pixel]));
+        let own = certain(&sums(&|_| 1.0));
+        let weighed = certain(&sums(&|pixel| weights[pixel]));
         (own * weighed).sqrt()
     }
 }
 
-/// `(S₁ − √S₂) / S₁` of the values' sum and the sum of their squares: a sum of rare values, whose
-/// number is Poisson's, has the variance `S₂`.
-fn certain(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
-    if sum > 0.0 && f64::is_finite(squares) {
-        (1.0 - f64::sqrt(squares) / sum).max(0.0)
-    } else {
-        1.0
-    }
-}
-
-/// The same of few sums that each hold many values: `(S₁ − √S₂) / S₁` with the squares of what they
-/// differ by from their mean.
-fn certain_of_sums(sums: &[f64]) -> f64 {
-    let total: f64 = sums.iter().sum();
-    let mean = total / sums.len().max(1) as f64;
-    let squares: f64 = sums.iter().map(|sum| (sum - mean).powi(2)).sum();
+/// `(S₁ − √S₂) / S₁` of the values' sum and the sum of the squares of what they differ by from
+/// their mean: the standard error of the sum.
+fn certain(values: &[f64]) -> f64 {
+    let total: f64 = values.iter().sum();
+    let mean = total / values.len().max(1) as f64;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     if total > 0.0 && squares.is_finite() {
         (1.0 - squares.sqrt() / total).max(0.0)
     } else {
@@ -261,30 +270,21 @@ fn half_squared_difference(a: &[f32; 3], b: &[f32; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{certain, certain_of_sums};
+    use super::certain;
 
-    /// Equal squares hide no outlier; one that holds nearly all of the error is one.
-    #[test]
-    fn an_outlier_of_a_square_is_not_certain() {
-        assert_eq!(certain_of_sums(&[2.0; 4]), 1.0);
-        let left = certain_of_sums(&[1e6, 1.0, 1.0, 1.0]);
-        assert!((0.0..0.2).contains(&left), "{left}");
-        for sums in [vec![], vec![0.0; 3], vec![1e200, 1e300], vec![f64::NAN]] {
-            assert_eq!(certain_of_sums(&sums), 1.0);
-        }
-    }
-
-    /// One outlier is chance; what a hundred equal pixels hold is known to a tenth.
+    /// Equal values hide no outlier; one that holds nearly all of the error is one.
     #[test]
     fn an_outlier_is_not_certain() {
+        assert_eq!(certain(&[2.0; 4]), 1.0);
+        let left = certain(&[1e6, 1.0, 1.0, 1.0]);
+        assert!((0.0..0.2).contains(&left), "{left}");
         let body = [1.0; 100];
-        assert!((certain(body.into_iter()) - 0.9).abs() < 1e-12);
-        let with_outlier = body.into_iter().chain([1e4]);
-        let left = certain(with_outlier.clone()) * with_outlier.sum::<f64>();
-        assert!((99.0..101.0).contains(&left), "{left}");
+        let with_outlier: Vec<f64> = body.into_iter().chain([1e4]).collect();
+        let left = certain(&with_outlier) * with_outlier.iter().sum::<f64>();
+        assert!((99.0..250.0).contains(&left), "{left}");
         // Nothing is known of nothing.
-        for values in [vec![], vec![0.0], vec![1e200, 1e200], vec![f64::NAN]] {
-            assert_eq!(certain(values.into_iter()), 1.0);
+        for values in [vec![], vec![0.0; 3], vec![1e200, 1e300], vec![f64::NAN]] {
+            assert_eq!(certain(&values), 1.0);
         }
     }
 }

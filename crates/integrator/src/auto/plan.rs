@@ -1,5 +1,7 @@
 //! How much of the work goes into the pilot.
 
+// Side of the pilot's blocks: that of the squares in which pixels share paths.
+use crate::path::reuse::SIDE;
 use lightshed_scene::ImageBlocks;
 
 /// What is asked of the method that will be chosen.
@@ -45,17 +47,17 @@ const WORK: f64 = 1e6;
 const SHARE_FALLS: f64 = 0.2;
 /// Candidates that share it, at most.
 const CANDIDATES: f64 = 4.0;
-/// Pixels of a chain's images, its frames, and its share of the work beside the pilot's: it learns
-/// in each pixel, and needs frames.
+/// Pixels of a chain's images, its frames, and its share of the work beside the pilot's, at most:
+/// it learns in each pixel, and needs frames. Where it is likely to win by far the share may be
+/// greater.
 const CHAIN_PIXELS: f64 = 512.0;
 const CHAIN_FRAMES: u32 = 24;
 const CHAIN_SHARE: f64 = 0.04;
+const LIKELY_SHARE: f64 = 0.08;
 /// Paths in each pixel of the other's images.
 const OTHER_SAMPLES: u32 = 8;
 /// What one frame may cost, in what an image is worth.
 const DEAREST: f64 = 1.5;
-/// Side of the pilot's blocks: that of the squares in which pixels share paths.
-pub(super) const SIDE: u32 = 16;
 /// Pixels of a pilot's image: with fewer, what they show is chance; more say little new.
 const PIXELS: [f64; 2] = [512.0, 16384.0];
 /// Paths in a pixel: with fewer, a frame of an expensive method costs more than that; more are for
@@ -83,15 +85,16 @@ impl AutoTask {
         self.plan()?.blocks
     }
 
-    /// What a chain renders whose frames cost as much as `cost` paths; `None` where the work is
-    /// too little for that.
-    pub(super) fn chain_plan(&self, cost: f64) -> Option<ChainPlan> {
+    /// What a chain renders whose frames cost as much as `cost` paths, and which may be likely to
+    /// win; `None` where the work is too little for that.
+    pub(super) fn chain_plan(&self, cost: f64, is_likely: bool) -> Option<ChainPlan> {
+        let share = if is_likely { LIKELY_SHARE } else { CHAIN_SHARE };
         let [width, height] = self.size.map(f64::from);
         let work = width * height * f64::from(self.samples);
         let paths = cost * f64::from(CHAIN_FRAMES) + f64::from(OTHER_SAMPLES);
         let blocks = ImageBlocks::spread(self.size, CHAIN_PIXELS, SIDE)?;
         let [width, height] = blocks.size().map(f64::from);
-        (self.chains && 2.0 * width * height * paths <= CHAIN_SHARE * work).then_some(ChainPlan {
+        (self.chains && 2.0 * width * height * paths <= share * work).then_some(ChainPlan {
             blocks,
             frames: CHAIN_FRAMES,
             samples: OTHER_SAMPLES,

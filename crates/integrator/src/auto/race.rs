@@ -4,8 +4,10 @@ use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
-use super::plan::{AutoTask, PilotPlan, SIDE};
-use super::prior::{RESAMPLING, prior};
+use super::plain::PlainErrors;
+use super::plan::{AutoTask, PilotPlan};
+use super::prior::{Known, RESAMPLING, prior};
+use crate::path::reuse::SIDE;
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_film::{RayCounts, process_cpu_seconds};
 use lightshed_scene::SceneFeatures;
@@ -105,7 +107,28 @@ impl Race<'_, '_> {
         let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
         let shows_outliers = done.iter().all(shows);
         let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
-        let trials = done.iter().map(|(method, images)| {
+        let certain = |(method, images): &(Method, Images)| {
+            // Up to all pixels of a square share a bright path.
+            let side = match method.name() {
+                "path-reuse" | RESAMPLING => SIDE as usize,
+                _ => 1,
+            };
+            match shows_outliers {
+                true => images.certain(&weights, width as usize, side),
+                false => 1.0,
+            }
+        };
+        // What is known of plain paths by those that are shared, with emitters chosen alike.
+        let plain = done.iter().find_map(|sharing| {
+            let errors = sharing.1.plain_errors(&weights).filter(|_| sharing.1.is_lit())?;
+            Some((sharing, errors))
+        });
+        let known = Known {
+            finite_emitters: self.features.area_emitters + self.features.delta_emitters,
+            shared: plain.map_or(0.0, |(_, errors)| errors.shared),
+        };
+        let trials = done.iter().map(|one| {
+            let (method, images) = one;
             let cost = FrameCost::of(method, &self.features);
             let cost = match (self.task.by_clock, &images.rays, &path) {
                 (true, ..) => images.seconds / pixels(images.frames),
@@ -113,21 +136,29 @@ impl Race<'_, '_> {
                 (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
                 (false, None, None) => cost.of_usual_paths(self.max_depth),
             };
+            let same_emitters = |other: &Method| {
+                method.name() == "path" && method.values().light_choosing() == other.values().light_choosing()
+            };
+            let said = plain.filter(|((sharing, _), _)| same_emitters(sharing));
+            let (error, relative, certain) = match said {
+                Some((sharing, PlainErrors { error, relative, .. })) => {
+                    let frames = f64::from(images.frames);
+                    (error / frames, relative / frames, certain(sharing))
+                }
+                None => (images.error, images.weighed(&weights), certain(one)),
+            };
             Trial {
                 method: method.clone(),
                 frames: images.frames,
                 cost,
-                error: images.error,
-                relative: images.weighed(&weights),
-                certain: match method.name() {
-                    _ if !shows_outliers => 1.0,
-                    // Up to all pixels of a square share a bright path.
-                    "path-reuse" | RESAMPLING => {
-                        images.certain_of_squares(&weights, width as usize, SIDE as usize)
-                    }
-                    _ => images.certain(&weights),
+                error,
+                relative,
+                certain,
+                prior: prior(method, images.frames, known),
+                shared: match method.name() {
+                    "path-reuse" => known.shared,
+                    _ => 0.0,
                 },
-                prior: prior(method, images.frames),
                 is_lit: images.is_lit(),
             }
         });

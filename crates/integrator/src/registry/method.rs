@@ -4,11 +4,12 @@ use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::idle::idle_option;
-use super::methods::METHODS;
+use super::methods::{METHODS, PATH_REUSE, path_reuse};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
 use crate::guided::GuideKind;
+use crate::{AnyEmitters, PathReuse};
 use std::fmt;
 use std::str::FromStr;
 
@@ -167,13 +168,38 @@ impl Method {
     /// # Errors
     /// [`MethodError::Media`] or [`MethodError::Refused`] where scene or options do not allow it.
     pub fn start<'b>(&self, stage: &'b Stage<'_>, motion: Motion<'b>) -> Result<Started<'b>, MethodError> {
-        let method = self.entry.name;
-        if !stage.scene().media().is_empty() && !self.entry.capabilities.media {
-            return Err(MethodError::Media(method));
+        self.check_start(stage)?;
+        (self.entry.start)(stage, &self.values, motion).map_err(|reason| self.refused(reason))
+    }
+
+    /// Path reuse as itself, of which more can be asked than of any method; `None` of others.
+    ///
+    /// # Errors
+    /// Those of [`Method::start`].
+    pub(crate) fn start_path_reuse<'b, 'a>(
+        &self,
+        stage: &'b Stage<'a>,
+    ) -> Result<Option<PathReuse<'b, &'b AnyEmitters<'a>>>, MethodError> {
+        if self.entry.name != PATH_REUSE {
+            return Ok(None);
         }
-        self.check_options()?;
-        (self.entry.start)(stage, &self.values, motion)
-            .map_err(|reason| MethodError::Refused { method, reason })
+        self.check_start(stage)?;
+        let started = path_reuse(stage, &self.values);
+        started.map(Some).map_err(|reason| self.refused(reason))
+    }
+
+    fn check_start(&self, stage: &Stage<'_>) -> Result<(), MethodError> {
+        if !stage.scene().media().is_empty() && !self.entry.capabilities.media {
+            return Err(MethodError::Media(self.entry.name));
+        }
+        self.check_options()
+    }
+
+    fn refused(&self, reason: String) -> MethodError {
+        MethodError::Refused {
+            method: self.entry.name,
+            reason,
+        }
     }
 
     /// The option that a value without a name is for.

@@ -32,6 +32,9 @@ fn path_emitters<'b, 'a>(stage: &'b Stage<'a>, values: &MethodValues) -> Result<
         .map_err(reason)
 }
 
+/// The name of path reuse.
+pub(super) const PATH_REUSE: &str = "path-reuse";
+
 /// All methods. Not a constant: each crate that names one compiles the functions in it again.
 pub static METHODS: &[MethodEntry] = &[
     MethodEntry {
@@ -146,7 +149,7 @@ pub static METHODS: &[MethodEntry] = &[
         start: |stage, values, _| frames(Lightcuts::new(stage.scene(), values.lightcut_options())),
     },
     MethodEntry {
-        name: "path-reuse",
+        name: PATH_REUSE,
         help: "Path tracing by pixels that share their paths: bright ones by up to 256",
         capabilities: MethodCapabilities::FRAMES,
         options: &[options::LIGHTS, options::SKY, options::POINTS, options::VISIBLE],
@@ -589,7 +592,7 @@ fn restir_pt<'b>(
     frames(method.map(|method| method.with_guiding_from(guiding, source)))
 }
 
-fn path_reuse<'b, 'a>(
+pub(super) fn path_reuse<'b, 'a>(
     stage: &'b Stage<'a>,
     values: &MethodValues,
 ) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {

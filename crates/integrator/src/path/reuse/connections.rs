@@ -1,5 +1,7 @@
 //! The paths by which pixels reach the `x₂` of others' trees.
 
+mod gain;
+
 use super::points::{Far, Near, store_all, vector};
 use super::reach::Reach;
 use super::squares::MOST_PIXELS;
@@ -7,8 +9,9 @@ use super::tree::{Trees, Vertex};
 use crate::path::paths::lanes_within;
 use crate::path::scattered_lanes::{is_black, load_rows, load_vectors};
 use crate::path::scattering::SurfaceVertex;
+use gain::Gain;
 use lightshed_film::MAX_BATCH;
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, Vec3Lanes};
+use lightshed_lanes::{Column, LANES, LaneChoice, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::power_heuristic_lanes;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{RayBatch, Rgb, Scene};
@@ -275,6 +278,16 @@ impl Sharing {
         lanes.run(Add {
             sharing: self,
             batches,
+        });
+    }
+
+    /// Adds what the pixels gain by the connections that were added last to `gains`, batch by
+    /// batch: how much more their second moments would be without the other pixels.
+    pub fn add_gains(&self, lanes: LaneChoice, batches: &[Trees], gains: &mut [Column]) {
+        lanes.run(Gain {
+            sharing: self,
+            batches,
+            gains,
         });
     }
 
@@ -616,10 +629,17 @@ impl<L: Lanes> Light<L> {
         }
     }
 
-    /// What reaches the pixels' film. Emitters are found in two ways from `x₂`; the power heuristic
-    /// combines them for each pixel separately.
+    /// What reaches the pixels' film.
     #[inline(always)]
     fn through(&self, connections: &Connections) -> Vec3Lanes<L> {
+        let [emitter, wi] = self.scattered(connections);
+        load_rows::<L>(&connections.factor) * (emitter + wi)
+    }
+
+    /// What `x₂` scatters towards the pixels, of what was found in each of the two ways. Emitters
+    /// are found in both; the power heuristic combines them for each pixel separately.
+    #[inline(always)]
+    fn scattered(&self, connections: &Connections) -> [Vec3Lanes<L>; 2] {
         let [by_emitter, by_wi] = self.weights;
         let pdf = L::load(&connections.emitter.pdf);
         let mis = match self.is_delta {
@@ -630,6 +650,6 @@ impl<L: Lanes> Light<L> {
         let pdf = L::load(&connections.wi.pdf);
         let met = self.met * power_heuristic_lanes(pdf, self.met_pdf);
         let wi = load_rows::<L>(&connections.wi.value) * (met + self.beyond) * by_wi;
-        load_rows::<L>(&connections.factor) * (emitter + wi)
+        [emitter, wi]
     }
 }

@@ -15,11 +15,13 @@ use crate::visible_emission::VisibleEmission;
 use connections::{BATCHES, Sharing};
 use grow::Ground;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
+use lightshed_lanes::Column;
 use lightshed_resampling::Extent;
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use lightshed_shift::PathPart;
 use reach::Reach;
+pub(crate) use squares::SIDE;
 use squares::{MOST_PIXELS, Squares};
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::Trees;
@@ -72,6 +74,18 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     visible: Option<VisibleEmission>,
     /// Paths that belong to their own pixel only, and are left to another estimator.
     apart: Option<PathPart>,
+    /// What each pixel gains, of all frames together, if that is asked for.
+    gains: Option<Vec<PixelGain>>,
+}
+
+/// What sharing brings a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PixelGain {
+    /// The light of all paths that are shared.
+    pub shared: Rgb,
+    /// How much greater the second moment of that light is if no path is shared, in the mean of
+    /// the colours. The pixel's variance is greater by that, less the square of the light.
+    pub second_moment: f32,
 }
 
 /// Makes the seed of trees that are not in the image.
@@ -86,7 +100,24 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             points: PointSet::Independent,
             visible: None,
             apart: None,
+            gains: None,
         }
+    }
+
+    /// Keeps account of what sharing brings.
+    #[must_use]
+    pub(crate) fn with_gains(mut self) -> Self {
+        self.gains = Some(vec![PixelGain::default(); self.extent().len()]);
+        self
+    }
+
+    /// What it brought, pixel by pixel, in all frames together since this was asked last.
+    pub(crate) fn take_gains(&mut self) -> Vec<PixelGain> {
+        let Some(gains) = &mut self.gains else {
+            return Vec::new();
+        };
+        let nothing = vec![PixelGain::default(); gains.len()];
+        std::mem::replace(gains, nothing)
     }
 
     /// Leaves a part of the paths to another estimator from the next frame on.
@@ -125,7 +156,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
     /// Renders a row of squares into the rows of the image that it covers.
     fn render_row(
         &self,
-        (row, part): (usize, &mut [Rgb]),
+        (row, part, mut gains): (usize, &mut [Rgb], Option<&mut [PixelGain]>),
         ground: Ground<'_, S>,
         squares: Squares,
         first: Reach,
@@ -145,9 +176,15 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             for (pixels, trees) in pixels.chunks(MAX_BATCH).zip(&mut *batches) {
                 ground.grow(pixels, trees);
             }
-            self.share(&mut sharing, batches, pixels.len(), &mut reach);
+            let mut account = gains.as_ref().map(|_| Account::open(batches));
+            self.share(&mut sharing, batches, pixels.len(), &mut reach, &mut account);
             for (place, &pixel) in pixels.iter().enumerate() {
                 part[pixel as usize - start] = batches[place / MAX_BATCH].own(place % MAX_BATCH);
+            }
+            if let (Some(gains), Some(account)) = (&mut gains, &account) {
+                for (place, &pixel) in pixels.iter().enumerate() {
+                    account.add_to(&mut gains[pixel as usize - start], batches, place);
+                }
             }
         }
     }
@@ -176,11 +213,17 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
 
     /// Renders every `step`-th row of squares of a frame by trees alone.
     pub(crate) fn render_rows(&mut self, step: usize, names: (u32, u64), image: &mut [Rgb]) {
-        self.render_some(step, names, image, &AtomicBool::new(false));
+        self.render_some(step, names, (image, None), &AtomicBool::new(false));
         self.tally.take();
     }
 
-    fn render_some(&self, step: usize, (frame, seed): (u32, u64), image: &mut [Rgb], cancel: &AtomicBool) {
+    fn render_some(
+        &self,
+        step: usize,
+        (frame, seed): (u32, u64),
+        (image, gains): (&mut [Rgb], Option<&mut [PixelGain]>),
+        cancel: &AtomicBool,
+    ) {
         let words = PathWords {
             points: self.points,
             seed,
@@ -200,7 +243,10 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             Some(_) => Squares::at_corner(self.extent()),
             None => Squares::of_frame(self.extent(), seed, frame),
         };
-        let rows = squares.rows(image).enumerate().step_by(step);
+        let mut gains = gains.map(|gains| squares.rows(gains));
+        let rows = squares.rows(image).enumerate();
+        let rows = rows.map(|(row, part)| (row, part, gains.as_mut().and_then(Iterator::next)));
+        let rows = rows.step_by(step);
         parallel::for_each(rows, |_, row| {
             self.render_row(row, ground, squares, first, cancel)
         });
@@ -208,7 +254,14 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
 
     /// Adds to the own light of a square's trees the light that others have found behind their
     /// first vertices.
-    fn share(&self, sharing: &mut Sharing, batches: &mut [Trees], pixels: usize, reach: &mut Reach) {
+    fn share(
+        &self,
+        sharing: &mut Sharing,
+        batches: &mut [Trees],
+        pixels: usize,
+        reach: &mut Reach,
+        account: &mut Option<Account>,
+    ) {
         let (scene, lanes) = (self.transport.scene, self.transport.lanes);
         sharing.begin(batches, pixels, reach);
         while sharing.connect(scene, lanes, batches) {
@@ -218,7 +271,34 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                 *blocked = scene.accelerator().occluded_batch(rays, count);
             }
             sharing.add(lanes, blocked, batches);
+            if let Some(account) = account {
+                sharing.add_gains(lanes, batches, &mut account.second_moments);
+            }
         }
+    }
+}
+
+/// What the pixels of a square gain.
+struct Account {
+    /// What was their own before others shared anything, and what their second moments would be
+    /// more without the others: batch by batch.
+    before: Vec<[Column; 3]>,
+    second_moments: Vec<Column>,
+}
+
+impl Account {
+    fn open(batches: &[Trees]) -> Self {
+        Self {
+            before: batches.iter().map(|trees| trees.own.clone()).collect(),
+            second_moments: vec![Column::splat(0.0); batches.len()],
+        }
+    }
+
+    fn add_to(&self, gain: &mut PixelGain, batches: &[Trees], place: usize) {
+        let (batch, place) = (place / MAX_BATCH, place % MAX_BATCH);
+        let before = self.before[batch].each_ref().map(|column| column.get(place));
+        gain.shared += batches[batch].own(place) - Rgb::from_array(before);
+        gain.second_moment += self.second_moments[batch].get(place);
     }
 }
 
@@ -234,7 +314,9 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        self.render_some(1, (frame, seed), image, cancel);
+        let mut gains = self.gains.take();
+        self.render_some(1, (frame, seed), (image, gains.as_deref_mut()), cancel);
+        self.gains = gains;
         // Directly visible emission, where the trees leave it out.
         if let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) {
             let scene = self.transport.scene;
