@@ -44,12 +44,7 @@ pub(super) fn chain_to_try(
         return None;
     }
     let method = chain(given)?;
-    let sharing = choice
-        .trials
-        .iter()
-        .find(|trial| trial.method.name() == "path-reuse");
-    let is_likely = sharing.is_some_and(|trial| trial.shared < NOTHING);
-    let plan = task.chain_plan(FrameCost::at_first_sight(&method), is_likely)?;
+    let plan = task.chain_plan(FrameCost::at_first_sight(&method), is_likely(choice))?;
     Some((method, plan))
 }
 
