@@ -10,8 +10,8 @@
 //! a group alone is the same net as Sobol's. Together the groups are one digital sequence, and how
 //! evenly it fills pairs and triples of groups depends on the matrices. They are chosen by search
 //! (`search.rs`), column by column, for the least errors of integrands that depend on the group and
-//! on one or two earlier groups, over up to 8,192 samples. Groups in random orders (Burley 2020, §5) are to each other as
-//! independent numbers are.
+//! on one or two earlier groups, over up to 8,192 samples. Groups in random orders (Burley 2020,
+//! §5) are to each other as independent numbers are.
 
 mod matrices;
 #[cfg(test)]
