@@ -1,7 +1,7 @@
 //! A candidate's two images.
 
 use super::gains::Gains;
-use crate::path::reuse::{PathReuse, PixelGain};
+use crate::path::reuse::PixelGain;
 use crate::registry::{Method, MethodError, Motion, Stage, Started};
 use lightshed_film::{
     Budget, RayCounts, RenderError, RenderOptions, RenderOutcome, RgbImage, render, render_frames,
@@ -47,38 +47,42 @@ pub(super) fn images(
     cancel: &AtomicBool,
 ) -> Result<Option<Images>, MethodError> {
     // Independent frames are of the seed alone: both images are of one start.
-    let mut sharing = method.start_path_reuse(stage)?.map(PathReuse::with_gains);
-    let mut other = match &sharing {
-        Some(_) => None,
-        None => Some(method.start(stage, Motion::STILL)?),
+    let Some(sharing) = method.start_path_reuse(stage)? else {
+        let mut started = method.start(stage, Motion::STILL)?;
+        let outcomes = both(stage, frames, threads, |options| {
+            part(&mut started, method, options, cancel)
+        })?;
+        return Ok(outcomes.map(|outcomes| compared(frames, outcomes)));
     };
-    let (mut outcomes, mut gains) = (Vec::new(), Vec::new());
-    for seed in SEEDS {
-        let options = RenderOptions {
-            seed,
-            threads,
-            ..options(stage, frames)
-        };
-        let outcome = match (&mut sharing, &mut other) {
-            (Some(sharing), _) => {
-                let outcome = render_frames(sharing, &options, &|_| (), cancel);
-                gains.push(sharing.take_gains());
-                whole(outcome, method)?
-            }
-            (None, Some(other)) => part(other, method, &options, cancel)?,
-            (None, None) => None,
-        };
-        match outcome {
-            Some(outcome) => outcomes.push(outcome),
-            None => return Ok(None),
-        }
-    }
-    let outcomes: Option<[RenderOutcome; 2]> = outcomes.try_into().ok();
+    let (mut sharing, mut gains) = (sharing.with_gains(), Vec::new());
+    let outcomes = both(stage, frames, threads, |options| {
+        let outcome = render_frames(&mut sharing, options, &|_| (), cancel);
+        gains.push(sharing.take_gains());
+        whole(outcome, method)
+    })?;
     let gains: Option<[Vec<PixelGain>; 2]> = gains.try_into().ok();
     Ok(outcomes.map(|outcomes| Images {
         gains: gains.map(|gains| Gains::of(&gains, frames)),
         ..compared(frames, outcomes)
     }))
+}
+
+/// Renders with both seeds. `None` if one was interrupted.
+fn both(
+    stage: &Stage<'_>,
+    frames: u32,
+    threads: usize,
+    mut render: impl FnMut(&RenderOptions) -> Result<Option<RenderOutcome>, MethodError>,
+) -> Result<Option<[RenderOutcome; 2]>, MethodError> {
+    let [one, other] = SEEDS.map(|seed| RenderOptions {
+        seed,
+        threads,
+        ..options(stage, frames)
+    });
+    let Some(one) = render(&one)? else {
+        return Ok(None);
+    };
+    Ok(render(&other)?.map(|other| [one, other]))
 }
 
 /// The same of a method whose frames follow from each other: two images of half of the frames, and

@@ -10,6 +10,7 @@
 //! No closures and no iterator adaptors here: the compiler does not inline them into a caller that
 //! uses other instructions than the crate's, and a call for every operation would be far too slow.
 
+use super::meeting::Meeting;
 use super::triangle::is_ahead;
 use super::{Hit, Ray};
 use glam::Vec3;
@@ -131,22 +132,10 @@ impl TriangleRay {
         let area_a = c.x * b.y - c.y * b.x;
         let area_b = a.x * c.y - a.y * c.x;
         let area_c = b.x * a.y - b.y * a.x;
-        let zero = L::splat(0.0);
-        let least = area_a.min(area_b.min(area_c));
-        let greatest = area_a.max(area_b.max(area_c));
-        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below,
-        // which no comparison passes.
-        let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
-        let z = area_a * a.z + (area_b * b.z + area_c * c.z);
-        let t = z * L::splat(self.shear[2]) * inverse_determinant;
-        let hit = one_sign & zero.less(t) & t.less(L::splat(t_max));
-        (
-            t,
-            area_a * inverse_determinant,
-            area_b * inverse_determinant,
-            hit.bits(),
-        )
+        let areas = [area_a, area_b, area_c];
+        let met = Meeting::new(areas, [a.z, b.z, c.z], L::splat(self.shear[2]));
+        let hit = met.hit & met.t.less(L::splat(t_max));
+        (met.t, met.weights[0], met.weights[1], hit.bits())
     }
 
     /// The triangles hit within `(0, t_max)`, and those of them that are hit before `doubtful`.

@@ -10,6 +10,7 @@ mod block;
 #[cfg(feature = "obvhs")]
 mod by_obvhs;
 mod flat;
+mod meeting;
 mod ray;
 mod sphere;
 mod stack;

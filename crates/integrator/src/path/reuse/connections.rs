@@ -291,6 +291,13 @@ impl Sharing {
         });
     }
 
+    /// The connections of a tree at work, and the groups of pixels that they lead to.
+    #[inline(always)]
+    fn reached_by(&self, lit: &Lit) -> (&[Block], &[Group]) {
+        let blocks = &self.blocks[lit.block..lit.block + lit.all.len()];
+        (blocks, &self.groups[lit.all.first..lit.all.end])
+    }
+
     /// All groups that some tree at work shares its light with.
     #[inline(always)]
     fn groups_at_work(&self) -> Groups {
@@ -527,8 +534,7 @@ impl LaneKernel for Add<'_> {
     fn run<L: Lanes>(self) {
         let sharing = self.sharing;
         for lit in &sharing.lit[sharing.work.clone()] {
-            let blocks = &sharing.blocks[lit.block..lit.block + lit.all.len()];
-            let groups = &sharing.groups[lit.all.first..lit.all.end];
+            let (blocks, groups) = sharing.reached_by(lit);
             let weights = weights(blocks, groups, lit);
             let light = Light::<L>::of(&self.batches[lit.batch], lit, weights);
             for (block, group) in blocks.iter().zip(groups) {

@@ -3,6 +3,7 @@
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
 use super::{AnyAlone, Corners, Flat, MAX_EDGES, MAX_VERTICES, NearestAlone};
+use crate::accel::meeting::Meeting;
 use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
 use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, Vec3Lanes};
@@ -33,16 +34,6 @@ thread_local! {
             areas: [0; 2 * MAX_EDGES * MOST_LANES],
         })
     };
-}
-
-/// A triangle's intersection with the rays.
-struct Meeting<L: AnyLanes> {
-    t: L,
-    /// Weights of the first and second vertex.
-    weight_a: L,
-    weight_b: L,
-    /// Which rays hit it within `(0, t_max)`.
-    hit: L::Mask,
 }
 
 impl View {
@@ -85,6 +76,7 @@ impl View {
         inverse_z
     }
 
+    /// Where the rays meet a triangle within `(0, t_max)`.
     #[inline(always)]
     fn meet<L: AnyLanes>(&self, triangle: &Corners, inverse_z: L, t_max: L) -> Meeting<L> {
         let [area_a, area_b, area_c] = [
@@ -97,18 +89,10 @@ impl View {
             row::<L>(&self.vertices, 3 * triangle.vertices[1] as usize + 2),
             row::<L>(&self.vertices, 3 * triangle.vertices[2] as usize + 2),
         ];
-        let zero = L::splat(0.0);
-        let least = area_a.min(area_b.min(area_c));
-        let greatest = area_a.max(area_b.max(area_c));
-        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
-        let z = area_a * z_a + (area_b * z_b + area_c * z_c);
-        let t = z * inverse_z * inverse_determinant;
+        let met = Meeting::new([area_a, area_b, area_c], [z_a, z_b, z_c], inverse_z);
         Meeting {
-            t,
-            weight_a: area_a * inverse_determinant,
-            weight_b: area_b * inverse_determinant,
-            hit: one_sign & zero.less(t) & t.less(t_max),
+            hit: met.hit & met.t.less(t_max),
+            ..met
         }
     }
 }
@@ -190,8 +174,8 @@ impl NearestTogether<'_> {
             for (number, triangle) in flat.triangles.iter().enumerate() {
                 let met = view.meet(triangle, inverse_z, t);
                 t = met.t.select(met.hit, t);
-                a = met.weight_a.select(met.hit, a);
-                b = met.weight_b.select(met.hit, b);
+                a = met.weights[0].select(met.hit, a);
+                b = met.weights[1].select(met.hit, b);
                 primitive = M::splat(f32::from_bits(number as u32)).select(met.hit, primitive);
             }
             hits.t.write(place, t);

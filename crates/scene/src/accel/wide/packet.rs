@@ -4,6 +4,7 @@ use super::node::Node;
 use super::traverse::FAR_WIDENING;
 use crate::accel::batch::RayBatch;
 use crate::accel::block::TriangleBlock;
+use crate::accel::meeting::Meeting;
 use lightshed_lanes::{AnyLanes, Column, LaneMask, Lanes, MOST_LANES};
 
 /// Rays of one octant of directions along one longest axis, as many lanes at a time as `M` has.
@@ -24,15 +25,6 @@ pub struct Packet<'a> {
     origins: [[f32; 2]; 3],
     /// The least and the greatest inverse coordinate of a direction.
     inverses: [[f32; 2]; 3],
-}
-
-/// A triangle's intersection with some rays.
-pub struct Meeting<M: AnyLanes> {
-    pub t: M,
-    /// Weights of the first and second vertex.
-    pub weights: [M; 2],
-    /// Which rays hit it beyond 0.
-    pub hit: M::Mask,
 }
 
 /// Bits of all lanes.
@@ -262,18 +254,7 @@ impl<'a> Packet<'a> {
         let area_a = c_x * b_y - c_y * b_x;
         let area_b = a_x * c_y - a_y * c_x;
         let area_c = b_x * a_y - b_y * a_x;
-        let zero = M::splat(0.0);
-        let least = area_a.min(area_b.min(area_c));
-        let greatest = area_a.max(area_b.max(area_c));
-        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        let inverse_determinant = M::splat(1.0) / (area_a + (area_b + area_c));
-        let z = area_a * a_z + (area_b * b_z + area_c * c_z);
-        let t = z * inverse_z * inverse_determinant;
-        Meeting {
-            t,
-            weights: [area_a * inverse_determinant, area_b * inverse_determinant],
-            hit: one_sign & zero.less(t),
-        }
+        Meeting::new([area_a, area_b, area_c], [a_z, b_z, c_z], inverse_z)
     }
 
     /// Which of the rays from `place` on have doubtful hits at `t`, see [`crate::accel::triangle`].

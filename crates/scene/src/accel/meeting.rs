@@ -1,0 +1,36 @@
+//! Where rays meet triangles, from what they see of the corners: the end of every watertight test.
+
+use lightshed_lanes::AnyLanes;
+
+/// A triangle and some rays, or some triangles and a ray.
+#[derive(Clone, Copy)]
+pub struct Meeting<L: AnyLanes> {
+    /// Ray parameters of the hits.
+    pub t: L,
+    /// Weights of the first and second vertex.
+    pub weights: [L; 2],
+    /// Which are hit beyond 0.
+    pub hit: L::Mask,
+}
+
+impl<L: AnyLanes> Meeting<L> {
+    /// From the signed areas opposite the corners, the corners' coordinates along the rays, and
+    /// `1 / d[kz]`, as [`crate::accel::triangle`] says.
+    #[inline(always)]
+    pub fn new([area_a, area_b, area_c]: [L; 3], [z_a, z_b, z_c]: [L; 3], inverse_z: L) -> Self {
+        let zero = L::splat(0.0);
+        let least = area_a.min(area_b.min(area_c));
+        let greatest = area_a.max(area_b.max(area_c));
+        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
+        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below,
+        // which no comparison passes.
+        let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
+        let z = area_a * z_a + (area_b * z_b + area_c * z_c);
+        let t = z * inverse_z * inverse_determinant;
+        Self {
+            t,
+            weights: [area_a * inverse_determinant, area_b * inverse_determinant],
+            hit: one_sign & zero.less(t),
+        }
+    }
+}
