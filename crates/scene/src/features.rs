@@ -24,6 +24,9 @@ pub struct SceneFeatures {
     pub area_emitters: usize,
     /// Emitters that are points or directions, which no scattered ray can hit.
     pub delta_emitters: usize,
+    /// Lamps: emitting triangles and spheres that touch, by their boxes, are one, and so is each
+    /// emitter that is a point or a direction. Where more than 64 surfaces emit, each is one.
+    pub lamps: usize,
     /// Light from all around.
     pub surroundings: bool,
     /// Materials.
@@ -59,6 +62,7 @@ impl SceneFeatures {
                 .count(),
             area_emitters: emitters.area_count(),
             delta_emitters: emitters.len() - emitters.area_count() - usize::from(surroundings),
+            lamps: emitters.lamps(),
             surroundings,
             materials: scene.materials().len(),
             lens: scene.camera().has_lens(),
@@ -103,6 +107,8 @@ mod tests {
             (cornell.triangles, cornell.area_emitters, cornell.media),
             (36, 2, 0)
         );
+        // Two triangles make one lamp.
+        assert_eq!(cornell.lamps, 1);
         let glossy = of("cornell-glossy");
         assert_eq!((glossy.glossy_materials, glossy.delta_materials), (4, 0));
         assert_eq!((glossy.materials, glossy.glossy_in_lanes), (4, 4));

@@ -32,7 +32,7 @@ const FAMILIES: [(&str, bool); 6] = [
     ("volpath-reuse", true),
 ];
 
-/// Emitters from which on a tree over them may pay.
+/// Emitters from which on a tree over them may pay even if they are one lamp.
 pub(super) const TREE_EMITTERS: usize = 8;
 
 /// The family of a method with the options that were given; `None` if it does not take them, or has
@@ -125,12 +125,34 @@ pub(super) fn candidates(
             leave_out(name, why);
             continue;
         }
-        if finite < TREE_EMITTERS && !lights_given {
+        // Of two lamps, the one of more power may be the one that a point does not see.
+        if finite < TREE_EMITTERS && features.lamps < 2 && !lights_given {
             for method in family.methods.drain(1..) {
-                leave_out(&method.to_string(), "so few emitters need no tree");
+                leave_out(&method.to_string(), "one small lamp needs no tree");
             }
         }
         families.push(family);
     }
     (families, left_out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tree chooses among lamps, however few; of one lamp it is tried if that has many parts.
+    #[test]
+    fn trees_are_for_lamps() {
+        let tried = |area_emitters: usize, lamps: usize| {
+            let mut features = SceneFeatures::default();
+            (features.area_emitters, features.lamps) = (area_emitters, lamps);
+            let (families, left_out) = candidates(&[], &features, Some(4));
+            let of_path = &families[0].methods;
+            let is_left = |left: &LeftOut| left.method == "path:bvh" && left.why.contains("one small lamp");
+            assert_eq!(left_out.iter().any(is_left), of_path.len() == 1);
+            of_path.len() == 2
+        };
+        assert_eq!([tried(2, 1), tried(7, 1), tried(8, 1)], [false, false, true]);
+        assert_eq!([tried(2, 2), tried(3, 2)], [true, true]);
+    }
 }

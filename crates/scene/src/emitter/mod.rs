@@ -7,6 +7,7 @@ mod emission;
 mod endpoint;
 mod environment;
 mod infinite;
+mod lamps;
 mod lanes;
 mod on_one;
 mod outline;
