@@ -178,12 +178,15 @@ fn answers(contender: &mut dyn Contender, stream: &[Batch]) -> Vec<f32> {
     distances
 }
 
+/// A contender and what it is called.
+type Named<'a> = (String, Box<dyn Contender + 'a>);
+
 /// Whom the rays of a kind are asked of: ours in batches first, which the others are compared with.
 fn contenders<'a>(
     (kind, query): (&str, Query),
     tree: &'a Accelerator,
     embree: &'a [(&'static str, EmbreeScene<'a>)],
-) -> Result<Vec<(String, Box<dyn Contender + 'a>)>, Box<dyn Error>> {
+) -> Result<Vec<Named<'a>>, Box<dyn Error>> {
     let mut all = vec![
         ("lightshed, together".to_owned(), together(tree, query)),
         ("lightshed, alone".to_owned(), alone(tree, query)),
