@@ -4,7 +4,8 @@
 //! opened by the system's loader, so nothing needs to be there when this is compiled.
 //!
 //! Soundness: pointers go to Embree from here only. A packet has room for the longest form of its
-//! structure and the alignment of the widest one; scenes keep their device, and queries their scene.
+//! structure and the alignment of the widest one. Scenes keep their device, and queries their
+//! scene.
 #![allow(unsafe_code)]
 
 use lightshed::scene::Ray;
@@ -321,7 +322,7 @@ fn open_library(file: &Path) -> Result<Handle, Box<dyn Error>> {
     let library = unsafe { dlopen(name.as_ptr(), RTLD_NOW) };
     match library.is_null() {
         false => Ok(library),
-        true => Err(format!("{} cannot be opened: {}", file.display(), loader_error()).into()),
+        true => Err(loader_error().into()),
     }
 }
 
