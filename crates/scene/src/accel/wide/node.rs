@@ -1,6 +1,7 @@
 //! Nodes of the eight-wide tree.
 
 use glam::Vec3;
+use lightshed_lanes::{LaneMask, Lanes};
 
 /// Reference to a child: a node, a block of triangles, a sphere, an instance, or nothing.
 ///
@@ -50,6 +51,13 @@ impl Child {
         }
     }
 
+    /// Which of a node's children, read as values, are blocks of triangles: as values those are at
+    /// least 2 (or NaN, beyond a thousand million blocks), nodes less, and others negative or NaN.
+    #[inline(always)]
+    pub fn blocks<L: Lanes>(children: L) -> u32 {
+        L::splat(2.0).less_equal(children).bits()
+    }
+
     #[inline(always)]
     pub fn index(self) -> usize {
         (self.0 & Self::INDEX_MASK) as usize
@@ -86,5 +94,27 @@ impl Node {
             self.bounds[axis][1][slot] = max[axis];
         }
         self.children[slot] = child;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_lanes::{ArrayLanes, Lanes};
+
+    #[test]
+    fn blocks_are_told_by_their_values() {
+        let kinds = [
+            Child::new(ChildKind::Node, 0),
+            Child::new(ChildKind::Triangles, 0),
+            Child::new(ChildKind::Node, Child::MAX_INDEX),
+            Child::new(ChildKind::Triangles, 57_000_000),
+            Child::new(ChildKind::Sphere, 1),
+            Child::new(ChildKind::Instance, 3),
+            Child::EMPTY,
+            Child::new(ChildKind::Node, 5),
+        ];
+        let children = ArrayLanes::load(bytemuck::cast_ref(&kinds));
+        assert_eq!(Child::blocks(children), 0b0000_1010);
     }
 }

@@ -365,17 +365,19 @@ impl<Q: Query> Traversal<Q> {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
             if hit != 0 {
-                // The nearest is visited next, or approximately the nearest; the others wait in
-                // approximate order.
+                // The nearest is visited next, or for any hit the approximately nearest block if
+                // there is one; the others wait in approximate order.
                 let flip = self.constants.flip;
                 let order = flip_mask(hit, flip);
+                let children = L::load(bytemuck::cast_ref(&node.children));
                 let next = if Q::ORDERED {
                     (near.equal(near.least_of(hit)).bits() & hit).trailing_zeros() ^ flip
                 } else {
-                    order.ilog2()
+                    let blocks = flip_mask(Child::blocks(children) & hit, flip);
+                    (if blocks != 0 { blocks } else { order }).ilog2()
                 };
                 stack.push(
-                    L::load(bytemuck::cast_ref(&node.children)),
+                    children,
                     near,
                     order & !(1 << next),
                     flip,
