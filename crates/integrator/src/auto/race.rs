@@ -16,6 +16,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
 
+/// How certain the errors of direct light are at the least, in those of paths with emitters chosen
+/// alike. Direct light chooses emitters alone: near them it has outliers that paths lack, which are
+/// no chance of the pilot and may not be discounted as such.
+const AS_CERTAIN: f64 = 0.8;
+
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
 
@@ -170,20 +175,18 @@ impl Race<'_, '_> {
                 method.name() == "path" && method.values().light_choosing() == other.values().light_choosing()
             };
             let said = plain.filter(|((sharing, _), _)| same_emitters(sharing));
-            let (error, relative, certain_of) = match said {
+            let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
                     (error / frames, relative / frames, certain(sharing))
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
-            // What outliers direct light has beside those of paths, it has for want of what paths
-            // find by the lobes: they are no chance of the pilot.
             let alike = |(other, _): &&(Method, Images)| {
                 other.name() == "path" && other.values().light_choosing() == method.values().light_choosing()
             };
             let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
-            let certain = paths.map_or(certain_of, |paths| certain_of.max(certain(paths)));
+            let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
                 method: method.clone(),
                 frames: images.frames,
