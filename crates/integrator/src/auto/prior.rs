@@ -79,8 +79,7 @@ mod tests {
     }
 
     /// Where few paths hold the error of frames that share, sharing gets more, if it does anything.
-    /// Planted faults: certain errors counted as rare ones, the part that sharing takes away left
-    /// out.
+    /// Planted fault: certain errors counted as rare ones.
     #[test]
     fn sharing_gets_more_where_errors_are_chance() {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");

@@ -135,7 +135,7 @@ fn options_that_are_given_hold() {
 
 /// Where frames that share paths tell the error of plain ones, these render one sample; not if
 /// sharing finds no light, and not if time is what counts.
-/// Planted faults: one sample left where sharing found no light, one sample by the clock.
+/// Planted fault: one sample left where sharing found no light.
 #[test]
 fn plain_paths_are_told_by_shared_ones() {
     let plain = |turned: bool, by_clock: bool| {
