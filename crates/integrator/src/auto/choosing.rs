@@ -78,6 +78,7 @@ impl Auto {
             trials: Vec::new(),
             left_out: plain.left_out.clone(),
             start: clock(),
+            in_brief: false,
         };
         race.run(&families)?;
         Ok(race.finish(plain))

@@ -20,6 +20,11 @@ pub(super) struct PlainErrors {
 }
 
 impl Images {
+    /// Whether these images share paths, and found light to share.
+    pub fn tells_plain_errors(&self) -> bool {
+        self.gains.is_some() && self.is_lit()
+    }
+
     /// What these images, if they share paths, say about plain ones.
     pub fn plain_errors(&self, weights: &[f64]) -> Option<PlainErrors> {
         let gains = self.gains.as_ref()?;

@@ -19,6 +19,17 @@ const TREE: f64 = 2.0;
 /// trees lacks the rare ones, so that more pixels share each.
 const SHARING: f64 = 1.5;
 
+/// What it is given beside that where few paths hold the error of its frames, so that an image of
+/// them is chance: nothing where the error is certain, and this where nothing of it is. Two such
+/// errors do not tell which method is better, and what sharing may lose is bounded, see above.
+const SHARING_RARE: f64 = 2.0;
+
+/// The part of the error that sharing takes away from which on it is given all of that.
+const SOME: f64 = 0.2;
+
+/// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
+const SHARING_RARE_IN_MEDIA: f64 = 1.0;
+
 /// What is known of a candidate's use in a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
@@ -26,6 +37,9 @@ pub(super) struct Known {
     pub finite_emitters: usize,
     /// The part of plain paths' error that sharing takes away, in the pilot.
     pub shared: f64,
+    /// How certain the error of frames that share paths is, as in [`super::Trial::certain`]; 1 if
+    /// none were tried.
+    pub certain: f64,
 }
 
 /// What the error of a candidate in a pilot is multiplied with, of an image of so many frames: that
@@ -34,11 +48,14 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
     let has_tree = method.values().light_choosing().is_some();
     let many = known.finite_emitters >= MANY_EMITTERS;
     let tree = if has_tree && many { TREE } else { 1.0 };
-    let sharing = (1.0 + known.shared).min(SHARING);
+    let rare = 1.0 - known.certain;
+    let sharing =
+        (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * (known.shared / SOME).min(1.0));
     let own = match method.name() {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
         "path-reuse" => 1.0 / sharing,
+        "volpath-reuse" => 1.0 / (1.0 + SHARING_RARE_IN_MEDIA * rare),
         _ => 1.0,
     };
     own / tree
@@ -49,11 +66,38 @@ mod tests {
     use super::*;
 
     fn of(text: &str, finite_emitters: usize, shared: f64) -> f64 {
+        of_rare(text, finite_emitters, shared, 1.0)
+    }
+
+    fn of_rare(text: &str, finite_emitters: usize, shared: f64, certain: f64) -> f64 {
         let known = Known {
             finite_emitters,
             shared,
+            certain,
         };
         prior(&text.parse().unwrap(), 4, known)
+    }
+
+    /// Where few paths hold the error of frames that share, sharing gets more, if it does anything.
+    /// Planted fault: certain errors counted as rare ones.
+    #[test]
+    fn sharing_gets_more_where_errors_are_chance() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        close(
+            of_rare("path-reuse", 1, 0.9, 0.25),
+            of("path-reuse", 1, 0.9) / 2.5,
+        );
+        close(of_rare("path-reuse", 1, 0.1, 0.5), of("path-reuse", 1, 0.1) / 1.5);
+        assert_eq!(of_rare("path-reuse", 1, 0.0, 0.0), 1.0);
+        close(of_rare("volpath-reuse", 1, 0.0, 0.5), 1.0 / 1.5);
+        let same = ["path", "volpath", "direct", "restir-pt-offline:none"];
+        for text in same {
+            assert_eq!(of_rare(text, 1, 0.9, 0.1), of(text, 1, 0.9), "{text}");
+        }
+        close(
+            of_rare("restir-pt-offline", 1, 0.9, 0.5),
+            of("restir-pt-offline", 1, 0.9) / 2.0,
+        );
     }
 
     /// A tree pays among many emitters, and sharing as far as it takes anything away.

@@ -16,6 +16,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
 
+/// How certain the errors of direct light are at the least, in those of paths with emitters chosen
+/// alike. Direct light chooses emitters alone: near them it has outliers that paths lack, which are
+/// no chance of the pilot and may not be discounted as such.
+const AS_CERTAIN: f64 = 0.8;
+
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
 
@@ -30,6 +35,15 @@ pub(super) struct Race<'r, 'a> {
     pub trials: Vec<Trial>,
     pub left_out: Vec<LeftOut>,
     pub start: f64,
+    /// Whether the plain method's images are of one sample: frames that share paths tell its error.
+    pub in_brief: bool,
+}
+
+/// Whether frames that share paths tell the error of the plain method: that is `path` with its
+/// emitters chosen in one way, and sharing comes next.
+fn tells_plain(families: &[Family]) -> bool {
+    let name = |place: usize| families.get(place).map(|family| family.methods[0].name());
+    name(0) == Some("path") && families[0].methods.len() == 1 && name(1) == Some("path-reuse")
 }
 
 /// Processor seconds of this process so far; zero where the platform does not tell.
@@ -49,6 +63,7 @@ impl Race<'_, '_> {
     pub fn run(&mut self, families: &[Family]) -> Result<(), MethodError> {
         let mut done: Vec<(Method, Images)> = Vec::new();
         let (mut way, mut gains) = (0, None);
+        self.in_brief = !self.task.by_clock && tells_plain(families);
         for (place, family) in families.iter().enumerate() {
             // Dearer frames gain by the same light that pixels share; and by light at glossy
             // surfaces, which are not shared.
@@ -60,7 +75,9 @@ impl Race<'_, '_> {
             let same = way.min(all.end - 1);
             let tried = if place == 0 { all } else { same..same + 1 };
             for method in &family.methods[tried] {
-                let Some(frames) = self.plan.frames(FrameCost::at_first_sight(method)) else {
+                let frames = self.plan.frames(FrameCost::at_first_sight(method));
+                let Some(frames) = frames.map(|frames| if self.in_brief && place == 0 { 1 } else { frames })
+                else {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
                     continue;
                 };
@@ -77,6 +94,20 @@ impl Race<'_, '_> {
                     Err(error) if place > 0 => self.leave_out(method, &error.to_string()),
                     Err(error) => return Err(error),
                 }
+            }
+            if self.in_brief && place == 0 {
+                continue;
+            }
+            let tells = done.iter().any(|(_, images)| images.tells_plain_errors());
+            if self.in_brief && !tells {
+                // Sharing was refused, or found no light.
+                self.in_brief = false;
+                let plain = done[0].0.clone();
+                let frames = self.plan.frames(FrameCost::at_first_sight(&plain)).unwrap_or(1);
+                let Some(images) = images(self.stage, &plain, frames, self.task.threads, self.cancel)? else {
+                    return Ok(());
+                };
+                done[0].1 = images;
             }
             self.judge(&done);
             if place == 0 {
@@ -102,10 +133,12 @@ impl Race<'_, '_> {
             };
             Some((rays, images.frames))
         });
-        let shown = done.iter().filter(|(method, _)| method.name() != RESAMPLING);
+        // One sample in each pixel shows nothing.
+        let of_use = &done[usize::from(self.in_brief)..];
+        let shown = of_use.iter().filter(|(method, _)| method.name() != RESAMPLING);
         let weights = weights(shown.map(|(_, images)| images), width as usize);
         let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
-        let shows_outliers = done.iter().all(shows);
+        let shows_outliers = of_use.iter().all(shows);
         let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
         let certain = |(method, images): &(Method, Images)| {
             // Up to all pixels of a square share a bright path.
@@ -120,12 +153,14 @@ impl Race<'_, '_> {
         };
         // What is known of plain paths by those that are shared, with emitters chosen alike.
         let plain = done.iter().find_map(|sharing| {
-            let errors = sharing.1.plain_errors(&weights).filter(|_| sharing.1.is_lit())?;
+            let tells = sharing.1.tells_plain_errors();
+            let errors = sharing.1.plain_errors(&weights).filter(|_| tells)?;
             Some((sharing, errors))
         });
         let known = Known {
             finite_emitters: self.features.area_emitters + self.features.delta_emitters,
             shared: plain.map_or(0.0, |(_, errors)| errors.shared),
+            certain: shared.map_or(1.0, certain),
         };
         let trials = done.iter().map(|one| {
             let (method, images) = one;
@@ -140,13 +175,18 @@ impl Race<'_, '_> {
                 method.name() == "path" && method.values().light_choosing() == other.values().light_choosing()
             };
             let said = plain.filter(|((sharing, _), _)| same_emitters(sharing));
-            let (error, relative, certain) = match said {
+            let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
                     (error / frames, relative / frames, certain(sharing))
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
+            let alike = |(other, _): &&(Method, Images)| {
+                other.name() == "path" && other.values().light_choosing() == method.values().light_choosing()
+            };
+            let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
+            let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
                 method: method.clone(),
                 frames: images.frames,
@@ -159,7 +199,7 @@ impl Race<'_, '_> {
                     "path-reuse" => known.shared,
                     _ => 0.0,
                 },
-                is_lit: images.is_lit(),
+                is_lit: said.is_some() || images.is_lit(),
             }
         });
         self.trials = trials.collect();

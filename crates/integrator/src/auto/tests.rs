@@ -1,6 +1,7 @@
 //! What is chosen, and that it depends on nothing but the scene and what is asked.
 
 use super::{Auto, AutoTask, Choice, MethodRequest};
+use lightshed_scene::glam::Vec3A;
 use lightshed_scene::{Scene, builtin};
 use std::sync::atomic::AtomicBool;
 
@@ -130,6 +131,57 @@ fn options_that_are_given_hold() {
     ] {
         assert!(text.parse::<MethodRequest>().is_err(), "{text}");
     }
+}
+
+/// Where frames that share paths tell the error of plain ones, these render one sample; not if
+/// sharing finds no light, and not if time is what counts.
+/// Planted fault: one sample left where sharing found no light.
+#[test]
+fn plain_paths_are_told_by_shared_ones() {
+    let plain = |turned: bool, by_clock: bool| {
+        let mut description = builtin::by_name("corridor").unwrap();
+        (description.settings.width, description.settings.height) = (48, 32);
+        if turned {
+            description.camera.to_world.translation += Vec3A::splat(1e4);
+        }
+        let task = AutoTask {
+            by_clock,
+            ..AutoTask::new([48, 32], ENOUGH)
+        };
+        let mut scene = Scene::new(&description).unwrap();
+        let choice = auto("auto").choose(&mut scene, &task, &AtomicBool::new(false));
+        choice.unwrap().trials.remove(0)
+    };
+    let told = plain(false, false);
+    assert_eq!(told.frames, 1, "{told:?}");
+    assert!(told.is_lit && told.error > 0.0);
+    let dark = plain(true, false);
+    assert!(!dark.is_lit && dark.frames > 1, "{dark:?}");
+    assert!(plain(false, true).frames > 1);
+}
+
+/// Direct light alone has outliers near emitters, which count.
+/// Planted fault: its errors discounted by their own outliers.
+#[test]
+fn outliers_of_direct_light_count() {
+    let mut description = builtin::by_name("warehouse").unwrap();
+    (description.settings.width, description.settings.height) = (48, 32);
+    description.settings.max_depth = Some(2);
+    let mut scene = Scene::new(&description).unwrap();
+    let task = AutoTask::new([48, 32], ENOUGH);
+    let choice = auto("auto")
+        .choose(&mut scene, &task, &AtomicBool::new(false))
+        .unwrap();
+    let certain = |name: &str| {
+        let of = choice
+            .trials
+            .iter()
+            .find(|trial| trial.method.to_string() == name);
+        of.unwrap().certain
+    };
+    assert_eq!(choice.method.to_string(), "path:bvh", "{:?}", choice.trials);
+    let ratio = certain("direct:bvh:4") / certain("path:bvh");
+    assert!((0.799..0.9).contains(&ratio), "{:?}", choice.trials);
 }
 
 /// A candidate that found no light in the pilot has no error, and is the worst all the same.
