@@ -376,12 +376,7 @@ impl<Q: Query> Traversal<Q> {
                     let blocks = flip_mask(Child::blocks(children) & hit, flip);
                     (if blocks != 0 { blocks } else { order }).ilog2()
                 };
-                stack.push(
-                    children,
-                    near,
-                    order & !(1 << next),
-                    flip,
-                );
+                stack.push(children, near, order & !(1 << next), flip);
                 self.child = node.children[(next ^ flip) as usize & 7];
                 self.prefetch(bvh);
                 return false;
