@@ -58,11 +58,6 @@ impl Auto {
         let Some(plan) = task.plan().filter(|plan| plan.size(task.size) == size) else {
             return Ok(plain);
         };
-        let emitters = plain.features.area_emitters + plain.features.delta_emitters;
-        if !task.affords(emitters) {
-            let why = format!("{}; so many emitters are too much for a pilot", plain.why);
-            return Ok(Choice { why, ..plain });
-        }
         let (families, _) = candidates(self.given(), &plain.features, settings.max_depth);
         if families.iter().map(|family| family.methods.len()).sum::<usize>() < 2 {
             let why = "there is no other candidate".to_owned();

@@ -58,8 +58,6 @@ const LIKELY_SHARE: f64 = 0.08;
 const OTHER_SAMPLES: u32 = 8;
 /// What one frame may cost, in what an image is worth.
 const DEAREST: f64 = 1.5;
-/// Paths that a pilot costs for each emitter: it projects them and builds trees over them.
-const EMITTER_PATHS: f64 = 3.0;
 /// Pixels of a pilot's image: with fewer, what they show is chance; more say little new.
 const PIXELS: [f64; 2] = [512.0, 16384.0];
 /// Paths in a pixel: with fewer, a frame of an expensive method costs more than that; more are for
@@ -101,13 +99,6 @@ impl AutoTask {
             frames: CHAIN_FRAMES,
             samples: OTHER_SAMPLES,
         })
-    }
-
-    /// Whether what a pilot does once for all emitters is a small share of the work.
-    pub(super) fn affords(&self, emitters: usize) -> bool {
-        let [width, height] = self.size.map(f64::from);
-        let work = width * height * f64::from(self.samples);
-        EMITTER_PATHS * emitters as f64 <= SHARE * work
     }
 
     /// What each candidate renders; `None` where the work is too little for a pilot.
@@ -152,14 +143,6 @@ impl PilotPlan {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A hundred thousand emitters are no scene for a pilot of a second.
-    #[test]
-    fn pilots_are_for_as_many_emitters_as_they_afford() {
-        let task = AutoTask::new([96, 96], 300);
-        assert!(task.affords(4000) && task.affords(50_000) && !task.affords(100_000));
-        assert!(AutoTask::new([96, 96], 3000).affords(100_000));
-    }
 
     #[test]
     fn pilots_are_a_small_share_or_none() {

@@ -24,8 +24,9 @@ const SHARING: f64 = 1.5;
 /// errors do not tell which method is better, and what sharing may lose is bounded, see above.
 const SHARING_RARE: f64 = 2.0;
 
-/// The part of the error that sharing takes away from which on it is given all of that.
-const SOME: f64 = 0.2;
+/// The part of the error that sharing takes away from which on it is given any of that, and all of
+/// it: where it takes away less, its frames cost more than it brings.
+const SOME: [f64; 2] = [0.15, 0.3];
 
 /// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
 const SHARING_RARE_IN_MEDIA: f64 = 1.0;
@@ -49,8 +50,8 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
     let many = known.finite_emitters >= MANY_EMITTERS;
     let tree = if has_tree && many { TREE } else { 1.0 };
     let rare = 1.0 - known.certain;
-    let sharing =
-        (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * (known.shared / SOME).min(1.0));
+    let pays = ((known.shared - SOME[0]) / (SOME[1] - SOME[0])).clamp(0.0, 1.0);
+    let sharing = (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * pays);
     let own = match method.name() {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
@@ -87,7 +88,11 @@ mod tests {
             of_rare("path-reuse", 1, 0.9, 0.25),
             of("path-reuse", 1, 0.9) / 2.5,
         );
-        close(of_rare("path-reuse", 1, 0.1, 0.5), of("path-reuse", 1, 0.1) / 1.5);
+        close(
+            of_rare("path-reuse", 1, 0.225, 0.5),
+            of("path-reuse", 1, 0.225) / 1.5,
+        );
+        assert_eq!(of_rare("path-reuse", 1, 0.15, 0.5), of("path-reuse", 1, 0.15));
         assert_eq!(of_rare("path-reuse", 1, 0.0, 0.0), 1.0);
         close(of_rare("volpath-reuse", 1, 0.0, 0.5), 1.0 / 1.5);
         let same = ["path", "volpath", "direct", "restir-pt-offline:none"];
