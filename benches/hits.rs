@@ -18,6 +18,8 @@
 //! Embree's scenes have high build quality. They are measured robust (no ray slips between two
 //! triangles, which holds for ours) and fast (without flags).
 
+#[path = "measure/cases.rs"]
+mod cases;
 #[path = "measure/contenders.rs"]
 mod contenders;
 #[path = "measure/embree.rs"]
@@ -25,17 +27,18 @@ mod embree;
 #[path = "measure/ray_streams.rs"]
 mod ray_streams;
 
+use cases::{CASES, Case, describe, file};
 use clap::Parser;
 use contenders::{Contender, Query, alone, packets, together};
 use embree::{Embree, EmbreeScene};
 use lightshed::film::process_cpu_seconds;
 use lightshed::scene::glam::Vec3;
-use lightshed::scene::{Accelerator, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{Accelerator, Scene};
 use ray_streams::{Batch, Paths, record};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Parser)]
 struct Options {
@@ -64,14 +67,6 @@ struct Options {
     bench: bool,
 }
 
-/// What is seen: name, width, height, longest path in edges.
-const CASES: [(&str, u32, u32, u32); 4] = [
-    ("cornell", 256, 256, 8),
-    ("sponza_crytek", 240, 135, 6),
-    ("classroom", 240, 135, 6),
-    ("veach_ajar", 240, 135, 13),
-];
-
 /// Batches that are put into place before they are timed.
 const CHUNK: usize = 16;
 
@@ -82,7 +77,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         let names = CASES.map(|case| case.0).join(", ");
         return Err(format!("no scene is called '{unknown}'; there are {names}").into());
     }
-    let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
     let embree = match &options.embree {
         Some(file) => Some(Embree::open(file, &options.configuration)?),
         None => None,
@@ -97,14 +91,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     let mut all = Vec::new();
-    let wanted = |case: &&(&str, u32, u32, u32)| {
-        options.scenes.is_empty() || options.scenes.iter().any(|name| name == case.0)
-    };
+    let wanted = |case: &&Case| options.scenes.is_empty() || options.scenes.iter().any(|name| name == case.0);
     for &(name, width, height, max_depth) in CASES.iter().filter(wanted) {
-        let file = folder
-            .as_ref()
-            .map(|folder| folder.join(name).join("scene.xml"))
-            .filter(|path| path.is_file());
+        let file = file(name);
         let Some(mut description) = describe(name, file.as_deref())? else {
             eprintln!("{name:<14} SKIPPED: set LIGHTSHED_SCENES to the folder with the scene");
             continue;
@@ -128,14 +117,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{}", serde_json::to_string_pretty(&all)?);
     }
     Ok(())
-}
-
-/// The scene in its file where there is one, else the built-in of that name.
-fn describe(name: &str, file: Option<&Path>) -> Result<Option<SceneDescription>, Box<dyn Error>> {
-    Ok(match file {
-        Some(file) => Some(import::load(file, &[])?.description),
-        None => builtin::by_name(name),
-    })
 }
 
 /// Corners of all triangles.

@@ -11,14 +11,16 @@
 //! turns, with different seeds and the same number of threads, and what counts is CPU-seconds of
 //! the process while it renders: loading, building and compiling are left out on both sides.
 
+#[path = "measure/cases.rs"]
+mod cases;
 #[path = "measure/turns.rs"]
 mod turns;
 
+use cases::{CASES, Case, describe, file};
 use clap::Parser;
 use lightshed::integrator::PathTracer;
-use lightshed::scene::{AcceleratorKind, BuildOptions, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{AcceleratorKind, BuildOptions, Scene};
 use std::error::Error;
-use std::path::{Path, PathBuf};
 use turns::{Spread, Turns, summary};
 
 #[derive(Parser)]
@@ -36,14 +38,6 @@ struct Options {
     bench: bool,
 }
 
-/// What is rendered: name, width, height, longest path in edges.
-const CASES: [(&str, u32, u32, u32); 4] = [
-    ("cornell", 256, 256, 8),
-    ("sponza_crytek", 240, 135, 6),
-    ("classroom", 240, 135, 6),
-    ("veach_ajar", 240, 135, 13),
-];
-
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let named = |(name, _): &&(&str, AcceleratorKind)| *name == options.tree;
@@ -56,18 +50,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         )
         .into());
     };
-    let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
     let mut mitsuba = options.turns.start_mitsuba()?;
     println!(
         "M paths per CPU-second, median (least - greatest) of {} turns; mean; variance of a path",
         options.turns.repeats
     );
-    let wanted = |case: &&(&str, u32, u32, u32)| options.only.as_deref().is_none_or(|only| only == case.0);
+    let wanted = |case: &&Case| options.only.as_deref().is_none_or(|only| only == case.0);
     for &(name, width, height, max_depth) in CASES.iter().filter(wanted) {
-        let file = folder
-            .as_ref()
-            .map(|folder| folder.join(name).join("scene.xml"))
-            .filter(|path| path.is_file());
+        let file = file(name);
         let Some(mut description) = describe(name, file.as_deref())? else {
             println!("{name:<14} SKIPPED: set LIGHTSHED_SCENES to the folder with the scene");
             continue;
@@ -92,12 +82,4 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
-}
-
-/// The scene in its file where there is one, else the built-in of that name.
-fn describe(name: &str, file: Option<&Path>) -> Result<Option<SceneDescription>, Box<dyn Error>> {
-    Ok(match file {
-        Some(file) => Some(import::load(file, &[])?.description),
-        None => builtin::by_name(name),
-    })
 }

@@ -171,10 +171,9 @@ impl Race<'_, '_> {
                 (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
                 (false, None, None) => cost.of_usual_paths(self.max_depth),
             };
-            let same_emitters = |other: &Method| {
-                method.name() == "path" && method.values().light_choosing() == other.values().light_choosing()
-            };
-            let said = plain.filter(|((sharing, _), _)| same_emitters(sharing));
+            let same_emitters =
+                |other: &Method| method.values().light_choosing() == other.values().light_choosing();
+            let said = plain.filter(|((sharing, _), _)| method.name() == "path" && same_emitters(sharing));
             let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
@@ -182,9 +181,7 @@ impl Race<'_, '_> {
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
-            let alike = |(other, _): &&(Method, Images)| {
-                other.name() == "path" && other.values().light_choosing() == method.values().light_choosing()
-            };
+            let alike = |(other, _): &&(Method, Images)| other.name() == "path" && same_emitters(other);
             let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
             let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
