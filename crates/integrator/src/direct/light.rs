@@ -6,11 +6,13 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, met_emission};
 use crate::ray_batch::NOWHERE;
+use crate::visible_emission::VisibleEmission;
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, PointSet, PointStream, power_heuristic};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmitterSample, EmittersByPower, Ray, Rgb, Scene};
 use std::fmt;
+use std::sync::Arc;
 
 /// The samples of [`DirectLight`] at the point that a camera ray hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +121,15 @@ pub struct DirectLight<'a, S = EmittersByPower<'a>> {
     sampler: S,
     options: DirectLightOptions,
     points: PointSet,
+    /// The estimator of directly visible emission, if that is not the camera's own rays.
+    visible: Option<Arc<VisibleEmission>>,
 }
+
+/// Edges of its paths.
+const EDGES: u32 = 2;
+
+/// Sets the numbers of rays for visible emission apart from those of all other rays.
+const VISIBLE_STREAM: u64 = 1 << 63;
 
 /// Number of selections that are made together.
 const TOGETHER: usize = 16;
@@ -155,6 +165,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
                 sampler,
                 options,
                 points: PointSet::Independent,
+                visible: None,
             }),
         }
     }
@@ -163,6 +174,15 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
+        self
+    }
+
+    /// With several camera rays a sample where emitting surfaces may be visible, as
+    /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission) has them.
+    #[must_use]
+    pub fn with_visible_emission(mut self) -> Self {
+        let visible = VisibleEmission::new(self.scene, self.scene.camera(), true, EDGES);
+        self.visible = visible.map(Arc::new);
         self
     }
 
@@ -207,10 +227,13 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         let numbers = [self.options.emitter_samples, self.options.bsdf_samples];
         let (mut emitted, mut from_emitters) = ([Rgb::ZERO; MAX_BATCH], [Rgb::ZERO; MAX_BATCH]);
         let mut from_bsdf = [Rgb::ZERO; MAX_BATCH];
+        let taken = self.visible.as_ref().map_or(0, |visible| visible.taken(ids));
         for place in 0..count {
             let (ray, rng) = (&rays[place], &mut rngs[place]);
             let point = hits[place].map(|hit| scene.surface(ray, &hit));
-            emitted[place] = met_emission(scene, ray, point.as_ref());
+            if point.is_none() || taken >> (place / each) & 1 == 0 {
+                emitted[place] = met_emission(scene, ray, point.as_ref());
+            }
             let Some(point) = point else { continue };
             let vertex = SurfaceVertex::new(scene, ray, point);
             let unwanted = vertex.bsdf.is_diffuse() && !self.options.bsdf_samples_where_diffuse;
@@ -250,6 +273,10 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         }
         for (value, scattered) in values.iter_mut().zip(from_emitters) {
             *value = (*value + scattered / emitter_samples) / each as f32;
+        }
+        if let Some(visible) = &self.visible {
+            let names = (self.points, seed ^ VISIBLE_STREAM);
+            visible.add(scene, scene.camera(), names, ids, values);
         }
     }
 

@@ -4,7 +4,7 @@ use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_FACETS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP,
     GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_FROM, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER,
-    GUIDE_STATES, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_BRING,
+    GUIDE_STATES, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, WORLD_BRING,
     WORLD_CAP, WORLD_CELLS, WORLD_READS,
 };
 
@@ -18,7 +18,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     };
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 10] = [
+    let rules: [(&[&MethodOption], bool, &str); 9] = [
         (
             &[
                 &GUIDE_TRAINING,
@@ -72,11 +72,6 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             &[&PAIRS, &CAP],
             world.is_none_or(|(_, both)| both),
             "with --reservoirs world",
-        ),
-        (
-            &[&VISIBLE],
-            values.light_samples() <= 1,
-            "with several --light-samples",
         ),
         (
             &[&SHADOW_SPREAD, &SHADOW_FILTER],

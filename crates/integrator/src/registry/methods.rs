@@ -537,7 +537,11 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
     let sky = values.sky_given().unwrap_or(SkySampling::Luminance);
     let emitters = stage.emitters_by(values.light_choosing(), sky).map_err(reason)?;
     let method = DirectLight::new(stage.scene(), emitters, options).map_err(reason)?;
-    samples(method.with_points(values.points()))
+    let method = method.with_points(values.points());
+    samples(match values.visible_emission() {
+        true => method.with_visible_emission(),
+        false => method,
+    })
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {

@@ -230,7 +230,6 @@ fn options_without_effect_are_refused() {
             "path:cdq:guide-always:fixed",
             "path:cdq:fixed:cache-passes=1:cache-always",
         ),
-        ("direct:2:visible=paths", "direct:visible=paths"),
         (
             "vpl-grid:200:shadow-samples=0:shadow-spread",
             "vpl-grid:200:shadow-samples=1:shadow-spread",
