@@ -18,6 +18,7 @@ mod chain;
 mod choice;
 mod choosing;
 mod cost;
+mod emitter_samples;
 mod frames;
 mod gains;
 mod pilot;

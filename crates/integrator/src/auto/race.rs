@@ -3,6 +3,7 @@
 use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
+use super::emitter_samples::{TRIED, best_number};
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
@@ -15,11 +16,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
-
-/// How certain the errors of direct light are at the least, in those of paths with emitters chosen
-/// alike. Direct light chooses emitters alone: near them it has outliers that paths lack, which are
-/// no chance of the pilot and may not be discounted as such.
-const AS_CERTAIN: f64 = 0.8;
 
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
@@ -174,16 +170,13 @@ impl Race<'_, '_> {
             let same_emitters =
                 |other: &Method| method.values().light_choosing() == other.values().light_choosing();
             let said = plain.filter(|((sharing, _), _)| method.name() == "path" && same_emitters(sharing));
-            let (error, relative, own) = match said {
+            let (error, relative, certain) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
                     (error / frames, relative / frames, certain(sharing))
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
-            let alike = |(other, _): &&(Method, Images)| other.name() == "path" && same_emitters(other);
-            let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
-            let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
                 method: method.clone(),
                 frames: images.frames,
@@ -210,6 +203,20 @@ impl Race<'_, '_> {
             .map(|(place, _)| place)
     }
 
+    /// Direct light with another number of emitter samples than was tried, where that is better, and
+    /// what it costs beside the one tried.
+    fn other_number_of_emitters(&self, chosen: &Trial) -> Option<(Method, f64)> {
+        let values = chosen.method.values();
+        let is_one = |trial: &&Trial| {
+            trial.method.name() == "path" && trial.method.values().light_choosing() == values.light_choosing()
+        };
+        let one = self.trials.iter().find(is_one)?;
+        let is_tried = chosen.method.name() == "direct" && values.light_samples() == TRIED;
+        is_tried
+            .then(|| best_number(one, chosen, &self.features))
+            .flatten()
+    }
+
     /// The choice, or the plain one if there was none.
     pub fn finish(self, plain: Choice) -> Choice {
         let best = self.best().filter(|_| !self.cancel.load(Ordering::Relaxed));
@@ -228,8 +235,18 @@ impl Race<'_, '_> {
             ),
         };
         let cost = chosen.cost / first.cost;
+        let other = self.other_number_of_emitters(chosen);
+        let why = match &other {
+            Some((method, _)) => format!(
+                "{why}; {} has most of its error in emitters, so {method}",
+                chosen.method
+            ),
+            None => why,
+        };
+        let (method, more) = other.unwrap_or_else(|| (chosen.method.clone(), 1.0));
+        let cost = cost * more;
         Choice {
-            method: chosen.method.clone(),
+            method,
             cost: if cost.is_finite() { cost.max(MIN_COST) } else { 1.0 },
             why,
             pilot: Some(PilotRun {

@@ -125,9 +125,6 @@ pub struct DirectLight<'a, S = EmittersByPower<'a>> {
     visible: Option<Arc<VisibleEmission>>,
 }
 
-/// Edges of its paths.
-const EDGES: u32 = 2;
-
 /// Sets the numbers of rays for visible emission apart from those of all other rays.
 const VISIBLE_STREAM: u64 = 1 << 63;
 
@@ -181,7 +178,12 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
     /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission) has them.
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
-        let visible = VisibleEmission::new(self.scene, self.scene.camera(), true, EDGES);
+        // As many edges as there are rays to emitters, and that of the camera.
+        let edges = self
+            .options
+            .emitter_samples
+            .saturating_add(self.options.bsdf_samples);
+        let visible = VisibleEmission::new(self.scene, self.scene.camera(), true, edges);
         self.visible = visible.map(Arc::new);
         self
     }
