@@ -16,4 +16,5 @@ mod references;
 mod rendered;
 mod shifts;
 mod skies;
+mod visible_lamps;
 mod vpl;
