@@ -17,11 +17,23 @@ impl<L: AnyLanes> Meeting<L> {
     /// From the signed areas opposite the corners, the corners' coordinates along the rays, and
     /// `1 / d[kz]`, as [`crate::accel::triangle`] says.
     #[inline(always)]
-    pub fn new([area_a, area_b, area_c]: [L; 3], [z_a, z_b, z_c]: [L; 3], inverse_z: L) -> Self {
+    pub fn new(areas: [L; 3], z: [L; 3], inverse_z: L) -> Self {
         let zero = L::splat(0.0);
+        let [area_a, area_b, area_c] = areas;
         let least = area_a.min(area_b.min(area_c));
         let greatest = area_a.max(area_b.max(area_c));
         let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
+        Self::of_one_sign(one_sign, areas, z, inverse_z)
+    }
+
+    /// The same where it is known which of the areas have one sign.
+    #[inline(always)]
+    pub fn of_one_sign(
+        one_sign: L::Mask,
+        [area_a, area_b, area_c]: [L; 3],
+        [z_a, z_b, z_c]: [L; 3],
+        inverse_z: L,
+    ) -> Self {
         // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below,
         // which no comparison passes.
         let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
@@ -30,7 +42,7 @@ impl<L: AnyLanes> Meeting<L> {
         Self {
             t,
             weights: [area_a * inverse_determinant, area_b * inverse_determinant],
-            hit: one_sign & zero.less(t),
+            hit: one_sign & L::splat(0.0).less(t),
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Finding the vertices and edges that triangles share.
+//! Finding the vertices that triangles share, and the quads.
 
-use super::{Corners, Flat, MAX_TRIANGLES};
+use super::{Flat, MAX_TRIANGLES, Quad};
 use crate::accel::block::TriangleBlock;
 use crate::accel::triangle::{doubtful_reach, is_needle};
 use glam::Vec3;
@@ -13,17 +13,11 @@ impl Flat {
         if triangles.len() > MAX_TRIANGLES {
             return None;
         }
-        let (mut vertices, mut edges, mut corners) = (Vec::new(), Vec::new(), Vec::new());
-        for triangle in triangles {
-            let [a, b, c] =
-                triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
-            let mut directed = |from: u8, to: u8| {
-                2 * position(&mut edges, [from.min(to), from.max(to)]) + u8::from(from > to)
-            };
-            corners.push(Corners {
-                vertices: [a, b, c],
-                edges: [directed(c, b), directed(a, c), directed(b, a)],
-            });
+        let mut vertices = Vec::new();
+        let mut numbered = Vec::new();
+        for (number, triangle) in (0u32..).zip(triangles) {
+            let corners = triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
+            numbered.push((number, *triangle, corners));
         }
         let (least, most) = triangles
             .iter()
@@ -31,20 +25,19 @@ impl Flat {
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), corner| {
                 (least.min(*corner), most.max(*corner))
             });
-        let (mut needles, mut others) = (Vec::new(), Vec::new());
-        for (triangle, corners) in triangles.iter().zip(&corners) {
-            let list = if is_needle(triangle) {
-                &mut needles
-            } else {
-                &mut others
-            };
-            list.push(*corners);
-        }
-        let numbered: Vec<(u32, [Vec3; 3])> = (0u32..).zip(triangles.iter().copied()).collect();
+        let of_kind = |needles: bool| {
+            let wanted = numbered
+                .iter()
+                .filter(move |(_, triangle, _)| is_needle(triangle) == needles);
+            wanted.map(|(number, _, corners)| (*number, *corners))
+        };
+        let all = numbered.iter().map(|(number, _, corners)| (*number, *corners));
         Some(Self {
             blocks: numbered
                 .chunks(LANES)
-                .map(|chunk| TriangleBlock::new(chunk.iter().copied()))
+                .map(|chunk| {
+                    TriangleBlock::new(chunk.iter().map(|(number, triangle, _)| (*number, *triangle)))
+                })
                 .collect(),
             vertices: vertices
                 .iter()
@@ -53,14 +46,40 @@ impl Flat {
                     [x, y, z, 0.0]
                 })
                 .collect(),
-            edges,
-            triangles: corners,
+            quads: quads(all),
             reach: doubtful_reach(least, most),
-            needles,
-            others,
+            needles: of_kind(true)
+                .map(|(number, corners)| alone(number, corners))
+                .collect(),
+            others: quads(of_kind(false)),
             lanes: LaneChoice::best(),
         })
     }
+}
+
+fn alone(number: u32, [a, b, c]: [u8; 3]) -> Quad {
+    Quad {
+        corners: [a, b, c, c],
+        number,
+    }
+}
+
+/// Numbered triangles in this order, two together where they are `abc` and `acd`.
+fn quads(triangles: impl Iterator<Item = (u32, [u8; 3])>) -> Vec<Quad> {
+    let mut quads: Vec<Quad> = Vec::new();
+    for (number, corners) in triangles {
+        let [a, c, d] = corners;
+        match quads.last_mut() {
+            Some(Quad {
+                corners: last,
+                number: first,
+            }) if *first + 1 == number && [last[0], last[2], last[2]] == [a, c, last[3]] => {
+                last[3] = d;
+            }
+            _ => quads.push(alone(number, corners)),
+        }
+    }
+    quads
 }
 
 /// Position of `item` in `list`, to which it is added if it is not there.

@@ -2,9 +2,9 @@
 //!
 //! For some dozens of triangles that is faster than any tree, because nothing waits for memory and
 //! no branch depends on the rays. A single ray is tested against eight triangles at a time, as in a
-//! leaf of the tree. Several rays are tested eight at a time, which shares work between triangles:
-//! a vertex is sheared once for all its triangles, and the two signed areas of an edge, one for
-//! each of its triangles, use the same two products. Both ways do the arithmetic of
+//! leaf of the tree. Several rays are tested side by side, which shares work between triangles: a
+//! vertex is sheared once for all its triangles, and the triangles of a quad have a common edge and
+//! one of them is tested to the end, see [`Quad`]. Both ways do the arithmetic of
 //! [`intersect_triangle`](super::intersect_triangle), operation by operation, and give its bits.
 
 mod build;
@@ -16,12 +16,10 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
 /// Most triangles for which this is faster than the tree, see `docs/performance-rays.md`.
 const MAX_TRIANGLES: usize = 40;
-/// Room for sheared vertices, and for signed areas of edges, of triangles that share nothing.
-const MAX_VERTICES: usize = 3 * MAX_TRIANGLES;
-const MAX_EDGES: usize = 3 * MAX_TRIANGLES;
+/// Room for sheared vertices: for all numbers of a byte, so that no number has to be checked.
+const MAX_VERTICES: usize = 256;
 
-/// Vertices and directed edges are numbered in bytes.
-const _: () = assert!(2 * MAX_EDGES <= 256);
+const _: () = assert!(3 * MAX_TRIANGLES <= MAX_VERTICES);
 
 /// The triangles.
 #[derive(Clone, Debug)]
@@ -30,26 +28,24 @@ pub struct Flat {
     blocks: Vec<TriangleBlock>,
     /// Distinct corners. The fourth coordinate is meaningless.
     vertices: Vec<[f32; 4]>,
-    /// Distinct edges, as vertices. Edge `i` gives the directed edges `2 i` and, backwards,
-    /// `2 i + 1`.
-    edges: Vec<[u8; 2]>,
-    /// In the order given.
-    triangles: Vec<Corners>,
+    /// All triangles, in the order given.
+    quads: Vec<Quad>,
     /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
     reach: f32,
-    /// Those of the triangles whose hits need that, and the others.
-    needles: Vec<Corners>,
-    others: Vec<Corners>,
+    /// Those of the triangles whose hits need that, one by one, and the others.
+    needles: Vec<Quad>,
+    others: Vec<Quad>,
     lanes: LaneChoice,
 }
 
-/// A triangle `abc`.
+/// Triangles `abc` and `acd` that follow each other. Few lines pass through both, so rays are tested
+/// against the one that theirs passes through. A triangle alone has `d = c`: no ray hits what has no
+/// area.
 #[derive(Clone, Copy, Debug)]
-struct Corners {
-    /// `a`, `b`, `c`.
-    vertices: [u8; 3],
-    /// Directed edges `cb`, `ac`, `ba`, whose signed areas weigh `a`, `b`, `c`.
-    edges: [u8; 3],
+struct Quad {
+    corners: [u8; 4],
+    /// Number of the first in the order given.
+    number: u32,
 }
 
 impl Flat {
@@ -69,8 +65,9 @@ impl Flat {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.blocks[..])
             + size_of_val(&self.vertices[..])
-            + size_of_val(&self.edges[..])
-            + 2 * size_of_val(&self.triangles[..])
+            + size_of_val(&self.quads[..])
+            + size_of_val(&self.needles[..])
+            + size_of_val(&self.others[..])
     }
 
     /// The same on the lanes of the specification.

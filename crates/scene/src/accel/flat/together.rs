@@ -2,22 +2,16 @@
 //!
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
-use super::{AnyAlone, Corners, Flat, MAX_EDGES, MAX_VERTICES, NearestAlone};
+use super::{AnyAlone, Flat, MAX_VERTICES, NearestAlone, Quad};
 use crate::accel::meeting::Meeting;
 use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
 use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, Vec3Lanes};
 
-/// The vertices and edges as some rays see them: rows of bits of values, as long as there are
-/// lanes, one behind the other.
+/// The vertices as some rays see them: relative to the rays, sheared so that the rays run along the
+/// last axis. Three rows of bits of values each, as long as there are lanes, one behind the other.
 #[repr(align(64))]
-pub struct View {
-    /// Vertices relative to the rays, sheared so that the rays run along the last axis: three rows
-    /// each.
-    vertices: [u32; 3 * MAX_VERTICES * MOST_LANES],
-    /// Signed areas of the directed edges.
-    areas: [u32; 2 * MAX_EDGES * MOST_LANES],
-}
+pub struct View([u32; 3 * MAX_VERTICES * MOST_LANES]);
 
 /// Row `index`.
 #[inline(always)]
@@ -29,10 +23,7 @@ thread_local! {
     /// One for each thread, because clearing it for every batch takes a tenth of a render of the
     /// Cornell box. Everything that is read has been written for the current rays.
     static VIEW: RefCell<View> = const {
-        RefCell::new(View {
-            vertices: [0; 3 * MAX_VERTICES * MOST_LANES],
-            areas: [0; 2 * MAX_EDGES * MOST_LANES],
-        })
+        RefCell::new(View([0; 3 * MAX_VERTICES * MOST_LANES]))
     };
 }
 
@@ -52,7 +43,7 @@ impl View {
         let [k_x, k_y, k_z] = permute(axes, along_x, along_y);
         let inverse_z = L::splat(1.0) / d_z;
         let (shear_x, shear_y) = (d_x * inverse_z, d_y * inverse_z);
-        let seen = self.vertices.chunks_exact_mut(3 * L::COUNT);
+        let seen = self.0.chunks_exact_mut(3 * L::COUNT);
         for (vertex, seen) in flat.vertices.iter().zip(seen) {
             let z = L::pick(vertex, k_z) - o_z;
             let x = L::pick(vertex, k_x) - o_x - shear_x * z;
@@ -61,40 +52,133 @@ impl View {
             y.write(&mut seen[L::COUNT..2 * L::COUNT]);
             z.write(&mut seen[2 * L::COUNT..]);
         }
-        let areas = self.areas.chunks_exact_mut(2 * L::COUNT);
-        for (edge, areas) in flat.edges.iter().zip(areas) {
-            let (from, to) = (3 * edge[0] as usize, 3 * edge[1] as usize);
-            let (from_x, from_y) = (row::<L>(&self.vertices, from), row::<L>(&self.vertices, from + 1));
-            let (to_x, to_y) = (row::<L>(&self.vertices, to), row::<L>(&self.vertices, to + 1));
-            // Products rounded on their own, never fused: the antisymmetry of the areas rests on
-            // it.
-            let forth = from_x * to_y;
-            let back = from_y * to_x;
-            (forth - back).write(&mut areas[..L::COUNT]);
-            (back - forth).write(&mut areas[L::COUNT..]);
-        }
         inverse_z
     }
 
-    /// Where the rays meet a triangle within `(0, t_max)`.
     #[inline(always)]
-    fn meet<L: AnyLanes>(&self, triangle: &Corners, inverse_z: L, t_max: L) -> Meeting<L> {
-        let [area_a, area_b, area_c] = [
-            row::<L>(&self.areas, triangle.edges[0] as usize),
-            row::<L>(&self.areas, triangle.edges[1] as usize),
-            row::<L>(&self.areas, triangle.edges[2] as usize),
-        ];
-        let [z_a, z_b, z_c] = [
-            row::<L>(&self.vertices, 3 * triangle.vertices[0] as usize + 2),
-            row::<L>(&self.vertices, 3 * triangle.vertices[1] as usize + 2),
-            row::<L>(&self.vertices, 3 * triangle.vertices[2] as usize + 2),
-        ];
-        let met = Meeting::new([area_a, area_b, area_c], [z_a, z_b, z_c], inverse_z);
+    fn vertex<L: AnyLanes>(&self, vertex: u8) -> [L; 3] {
+        let first = 3 * vertex as usize;
+        [
+            row::<L>(&self.0, first),
+            row::<L>(&self.0, first + 1),
+            row::<L>(&self.0, first + 2),
+        ]
+    }
+
+    /// A quad as the rays see it.
+    #[inline(always)]
+    fn see<L: AnyLanes>(&self, quad: &Quad) -> Seen<L> {
+        let [a, b, c, d] = quad.corners;
+        let [a_x, a_y, a_z] = self.vertex::<L>(a);
+        let [b_x, b_y, b_z] = self.vertex::<L>(b);
+        let [c_x, c_y, c_z] = self.vertex::<L>(c);
+        let [d_x, d_y, d_z] = self.vertex::<L>(d);
+        // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
+        let (forth, back) = (a_x * c_y, a_y * c_x);
+        let first = [c_x * b_y - c_y * b_x, forth - back, b_x * a_y - b_y * a_x];
+        let second = [d_x * c_y - d_y * c_x, a_x * d_y - a_y * d_x, back - forth];
+        Seen {
+            areas: [first, second],
+            z: [[a_z, b_z, c_z], [a_z, c_z, d_z]],
+            inside: [one_sign(first), one_sign(second)],
+        }
+    }
+}
+
+/// A quad as some rays see it: the areas and the coordinates along the rays of the corners of its
+/// triangles, and which rays' lines pass through them.
+#[derive(Clone, Copy)]
+struct Seen<L: AnyLanes> {
+    areas: [[L; 3]; 2],
+    z: [[L; 3]; 2],
+    inside: [L::Mask; 2],
+}
+
+impl<L: AnyLanes> Seen<L> {
+    /// Which lines pass through the second triangle alone.
+    #[inline(always)]
+    fn second_alone(&self) -> L::Mask {
+        self.inside[1] & !self.inside[0]
+    }
+
+    /// Which lines pass through both triangles: through the common edge, or if the two are no plane.
+    #[inline(always)]
+    fn both(&self) -> L::Mask {
+        self.inside[0] & self.inside[1]
+    }
+
+    /// Where the rays meet one triangle, or the second where `second` is set.
+    #[inline(always)]
+    fn meet(&self, second: L::Mask, inverse_z: L, t_max: L) -> Meeting<L> {
+        let [one, two] = &self.areas;
+        let [z_one, z_two] = &self.z;
+        let met = Meeting::of_one_sign(
+            self.inside[0] | self.inside[1],
+            [
+                two[0].select(second, one[0]),
+                two[1].select(second, one[1]),
+                two[2].select(second, one[2]),
+            ],
+            // The first corner is that of both.
+            [
+                z_one[0],
+                z_two[1].select(second, z_one[1]),
+                z_two[2].select(second, z_one[2]),
+            ],
+            inverse_z,
+        );
         Meeting {
             hit: met.hit & met.t.less(t_max),
             ..met
         }
     }
+
+    /// Where the rays of [`both`](Self::both) meet the second triangle.
+    #[inline(always)]
+    fn meet_second(&self, inverse_z: L, t_max: L) -> Meeting<L> {
+        let met = Meeting::of_one_sign(self.both(), self.areas[1], self.z[1], inverse_z);
+        Meeting {
+            hit: met.hit & met.t.less(t_max),
+            ..met
+        }
+    }
+
+    /// Which rays meet either triangle.
+    #[inline(always)]
+    fn meets(&self, inverse_z: L, t_max: L) -> L::Mask {
+        let hit = self.meet(self.second_alone(), inverse_z, t_max).hit;
+        if self.both().bits() == 0 {
+            return hit;
+        }
+        hit | self.meet_second(inverse_z, t_max).hit
+    }
+}
+
+/// The nearest hits so far.
+struct Found<L: AnyLanes> {
+    t: L,
+    /// Weights of the first and second corner.
+    weights: [L; 2],
+    primitive: L,
+}
+
+impl<L: AnyLanes> Found<L> {
+    #[inline(always)]
+    fn take(&mut self, met: &Meeting<L>, primitive: L) {
+        self.t = met.t.select(met.hit, self.t);
+        self.weights = [
+            met.weights[0].select(met.hit, self.weights[0]),
+            met.weights[1].select(met.hit, self.weights[1]),
+        ];
+        self.primitive = primitive.select(met.hit, self.primitive);
+    }
+}
+
+/// Where three areas have one sign; zero has both.
+#[inline(always)]
+fn one_sign<L: AnyLanes>([a, b, c]: [L; 3]) -> L::Mask {
+    let zero = L::splat(0.0);
+    zero.less_equal(a.min(b.min(c))) | a.max(b.max(c)).less_equal(zero)
 }
 
 /// The coordinates with the dominant axis last, in the order that leaves handedness.
@@ -168,18 +252,26 @@ impl NearestTogether<'_> {
         let mut place = 0;
         while place < count.min(RayBatch::CAPACITY) {
             let inverse_z = view.look::<M>(flat, rays, place);
-            let mut t = rays.t_max.read::<M>(place);
-            let mut primitive = M::splat(f32::from_bits(HitBatch::NOTHING));
-            let (mut a, mut b) = (M::splat(0.0), M::splat(0.0));
-            for (number, triangle) in flat.triangles.iter().enumerate() {
-                let met = view.meet(triangle, inverse_z, t);
-                t = met.t.select(met.hit, t);
-                a = met.weights[0].select(met.hit, a);
-                b = met.weights[1].select(met.hit, b);
-                primitive = M::splat(f32::from_bits(number as u32)).select(met.hit, primitive);
+            let mut found = Found {
+                t: rays.t_max.read::<M>(place),
+                weights: [M::splat(0.0); 2],
+                primitive: M::splat(f32::from_bits(HitBatch::NOTHING)),
+            };
+            for quad in &flat.quads {
+                let seen = view.see::<M>(quad);
+                let number = M::splat(f32::from_bits(quad.number));
+                let next = M::splat(f32::from_bits(quad.number + 1));
+                let second = seen.second_alone();
+                let met = seen.meet(second, inverse_z, found.t);
+                found.take(&met, next.select(second, number));
+                if seen.both().bits() != 0 {
+                    let met = seen.meet_second(inverse_z, found.t);
+                    found.take(&met, next);
+                }
             }
+            let (t, [a, b]) = (found.t, found.weights);
             hits.t.write(place, t);
-            hits.primitive.write(place, primitive);
+            hits.primitive.write(place, found.primitive);
             hits.barycentric[0].write(place, b);
             hits.barycentric[1].write(place, (M::splat(1.0) - a - b).max(M::splat(0.0)));
             if !flat.needles.is_empty() {
@@ -232,15 +324,15 @@ impl AnyTogether<'_> {
             let inverse_z = view.look::<M>(flat, rays, place);
             let t_max = rays.t_max.read::<M>(place);
             let mut any = M::Mask::from_bits(0);
-            for triangle in &flat.others {
-                any = any | view.meet(triangle, inverse_z, t_max).hit;
+            for quad in &flat.others {
+                any = any | view.see::<M>(quad).meets(inverse_z, t_max);
             }
             let mut any = any.bits();
             if !flat.needles.is_empty() {
                 let near = inverse_z.abs() * M::splat(flat.reach);
                 let (mut all, mut doubtful) = (0, 0);
-                for triangle in &flat.needles {
-                    let met = view.meet(triangle, inverse_z, t_max);
+                for quad in &flat.needles {
+                    let met = view.see::<M>(quad).meet(M::Mask::from_bits(0), inverse_z, t_max);
                     all |= met.hit.bits();
                     doubtful |= (met.hit & met.t.less(near)).bits();
                 }
