@@ -161,6 +161,15 @@ impl AnyLanes for ArrayLanes {
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn times_sign(self, sign: Self) -> Self {
+        lanewise(
+            self,
+            sign,
+            |value, sign| if sign.is_sign_negative() { -value } else { value },
+        )
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn select(self, mask: ArrayMask, other: Self) -> Self {
         Self(core::array::from_fn(|i| {
             if mask.0 >> i & 1 == 1 {

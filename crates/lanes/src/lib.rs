@@ -171,6 +171,8 @@ pub trait AnyLanes:
     fn sqrt(self) -> Self;
     /// Without the sign.
     fn abs(self) -> Self;
+    /// `self`, negated where the sign bit of `sign` is set.
+    fn times_sign(self, sign: Self) -> Self;
     /// `self` where `mask` is true, else `other`.
     fn select(self, mask: Self::Mask, other: Self) -> Self;
     /// Where `self` equals `other` (false for NaN).

@@ -180,7 +180,7 @@ struct Long<'a> {
 }
 
 /// Rows of [`Long`].
-const LONG_ROWS: usize = 16;
+const LONG_ROWS: usize = 17;
 
 impl Long<'_> {
     #[inline(always)]
@@ -200,6 +200,7 @@ impl Long<'_> {
                 a.max(b),
                 a.sqrt(),
                 a.abs(),
+                a.times_sign(b),
                 a.select(mask, b),
                 L::pick(&[1.0, 2.0, 3.0, 4.0], a + b),
                 one.select(a.equal(b), zero),
@@ -248,6 +249,7 @@ fn lanes_of_any_number_do_what_scalars_do() {
             each(&|x, y| if x > y { x } else { y }),
             each(&|x, _| x.sqrt()),
             each(&|x, _| x.abs()),
+            each(&|x, y| if y.is_sign_negative() { -x } else { x }),
             core::array::from_fn(|i| if set(i) { x(i) } else { y(i) }),
             each(&|x, y| ((x + y).to_bits() & 3) as f32 + 1.0),
             truth(&|i| x(i) == y(i)),

@@ -130,6 +130,10 @@ impl<I: Instructions> AnyLanes for Registers<I> {
         lanes(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
     }
     #[inline(always)]
+    fn times_sign(self, sign: Self) -> Self {
+        lanes(unsafe { _mm256_xor_ps(self.0, _mm256_and_ps(_mm256_set1_ps(-0.0), sign.0)) })
+    }
+    #[inline(always)]
     fn select(self, mask: I::Mask, other: Self) -> Self {
         lanes(I::select(mask, self.0, other.0))
     }

@@ -114,6 +114,10 @@ impl AnyLanes for Sixteen {
         Self(unsafe { _mm512_abs_ps(self.0) })
     }
     #[inline(always)]
+    fn times_sign(self, sign: Self) -> Self {
+        Self(unsafe { _mm512_xor_ps(self.0, _mm512_and_ps(_mm512_set1_ps(-0.0), sign.0)) })
+    }
+    #[inline(always)]
     fn select(self, mask: SixteenMask, other: Self) -> Self {
         Self(unsafe { _mm512_mask_blend_ps(mask.0, other.0, self.0) })
     }

@@ -80,7 +80,7 @@ impl View {
         Seen {
             areas: [first, second],
             z: [[a_z, b_z, c_z], [a_z, c_z, d_z]],
-            inside: [one_sign(first), one_sign(second)],
+            inside: inside([first, second]),
         }
     }
 }
@@ -174,7 +174,20 @@ impl<L: AnyLanes> Found<L> {
     }
 }
 
-/// Where three areas have one sign; zero has both.
+/// Where the areas of each triangle of a quad have one sign; zero has both. The last of the second
+/// is the negated second of the first: the area of the common edge.
+#[inline(always)]
+fn inside<L: AnyLanes>([first, second]: [[L; 3]; 2]) -> [L::Mask; 2] {
+    let (zero, common) = (L::splat(0.0), first[1]);
+    if common.equal(zero).bits() != 0 {
+        return [one_sign(first), one_sign(second)];
+    }
+    // The others have the sign of the common one in the first triangle, the other in the second.
+    let least = first[0].times_sign(common).min(first[2].times_sign(common));
+    let greatest = second[0].times_sign(common).max(second[1].times_sign(common));
+    [zero.less_equal(least), greatest.less_equal(zero)]
+}
+
 #[inline(always)]
 fn one_sign<L: AnyLanes>([a, b, c]: [L; 3]) -> L::Mask {
     let zero = L::splat(0.0);
