@@ -310,7 +310,7 @@ fn a_few_triangles_are_brute_force() {
 #[test]
 fn too_many_triangles_need_a_tree() {
     let mut rng = Pcg64Mcg::seed_from_u64(8);
-    // Separate triangles have three vertices and three edges each; those of a mesh share them.
+    // Separate triangles have three vertices each; those of a mesh share them.
     assert!(Flat::build(&soup(&mut rng, 40, 0.1)).is_some());
     assert!(Flat::build(&soup(&mut rng, 41, 0.1)).is_none());
     let mesh = closed_mesh(5, 5, 1.0, Vec3::ZERO);
