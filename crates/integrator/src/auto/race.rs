@@ -17,6 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
 
+/// How certain the errors of direct light with several emitters are at the least, in those of paths
+/// with emitters chosen alike: a pilot has few of its dear samples, of which one outlier is easily
+/// all of the error.
+const AS_CERTAIN: f64 = 0.8;
+
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
 
@@ -170,13 +175,16 @@ impl Race<'_, '_> {
             let same_emitters =
                 |other: &Method| method.values().light_choosing() == other.values().light_choosing();
             let said = plain.filter(|((sharing, _), _)| method.name() == "path" && same_emitters(sharing));
-            let (error, relative, certain) = match said {
+            let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
                     (error / frames, relative / frames, certain(sharing))
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
+            let alike = |(other, _): &&(Method, Images)| other.name() == "path" && same_emitters(other);
+            let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
+            let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
                 method: method.clone(),
                 frames: images.frames,
