@@ -211,8 +211,8 @@ impl Race<'_, '_> {
             .map(|(place, _)| place)
     }
 
-    /// Direct light with another number of emitter samples than was tried, where that is better, and
-    /// what it costs beside the one tried.
+    /// Direct light with another number of emitter samples than was tried, where that is better,
+    /// and what it costs beside the one tried.
     fn other_number_of_emitters(&self, chosen: &Trial) -> Option<(Method, f64)> {
         let values = chosen.method.values();
         let is_one = |trial: &&Trial| {

@@ -38,9 +38,9 @@ pub struct Flat {
     lanes: LaneChoice,
 }
 
-/// Triangles `abc` and `acd` that follow each other. Few lines pass through both, so rays are tested
-/// against the one that theirs passes through. A triangle alone has `d = c`: no ray hits what has no
-/// area.
+/// Triangles `abc` and `acd` that follow each other. Few lines pass through both, so rays are
+/// tested against the one that theirs passes through. A triangle alone has `d = c`: no ray hits
+/// what has no area.
 #[derive(Clone, Copy, Debug)]
 struct Quad {
     corners: [u8; 4],

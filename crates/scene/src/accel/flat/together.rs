@@ -101,7 +101,8 @@ impl<L: AnyLanes> Seen<L> {
         self.inside[1] & !self.inside[0]
     }
 
-    /// Which lines pass through both triangles: through the common edge, or if the two are no plane.
+    /// Which lines pass through both triangles: through the common edge, or where the two are not
+    /// in one plane.
     #[inline(always)]
     fn both(&self) -> L::Mask {
         self.inside[0] & self.inside[1]
