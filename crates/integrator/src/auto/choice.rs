@@ -81,7 +81,11 @@ impl Trial {
         if !self.is_lit {
             return f64::INFINITY;
         }
-        let error = self.certain * (self.error * self.relative).sqrt();
-        self.prior * self.cost * f64::from(self.frames) * error
+        self.prior * self.cost * f64::from(self.frames) * self.certain_error()
+    }
+
+    /// The geometric mean of both errors of an image, as far as it is certain.
+    pub(super) fn certain_error(&self) -> f64 {
+        self.certain * (self.error * self.relative).sqrt()
     }
 }

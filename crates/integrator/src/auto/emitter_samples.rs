@@ -21,8 +21,7 @@ const BETTER: f64 = 0.9;
 /// `tried` with [`TRIED`], both chosen alike. `A` is not less than zero: emitters are stratified.
 pub(super) fn best_number(one: &Trial, tried: &Trial, features: &SceneFeatures) -> Option<(Method, f64)> {
     let known = f64::from(TRIED);
-    let error =
-        |trial: &Trial| trial.certain * f64::from(trial.frames) * (trial.error * trial.relative).sqrt();
+    let error = |trial: &Trial| f64::from(trial.frames) * trial.certain_error();
     let [of_one, of_tried] = [one, tried].map(error);
     let steady = ((known * of_tried - of_one) / (known - 1.0)).max(0.0);
     let falling = (of_tried - steady) * known;

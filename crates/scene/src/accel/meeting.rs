@@ -18,12 +18,7 @@ impl<L: AnyLanes> Meeting<L> {
     /// `1 / d[kz]`, as [`crate::accel::triangle`] says.
     #[inline(always)]
     pub fn new(areas: [L; 3], z: [L; 3], inverse_z: L) -> Self {
-        let zero = L::splat(0.0);
-        let [area_a, area_b, area_c] = areas;
-        let least = area_a.min(area_b.min(area_c));
-        let greatest = area_a.max(area_b.max(area_c));
-        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        Self::of_one_sign(one_sign, areas, z, inverse_z)
+        Self::of_one_sign(one_sign(areas), areas, z, inverse_z)
     }
 
     /// The same where it is known which of the areas have one sign.
@@ -45,4 +40,20 @@ impl<L: AnyLanes> Meeting<L> {
             hit: one_sign & L::splat(0.0).less(t),
         }
     }
+
+    /// The same with hits before `t_max` alone.
+    #[inline(always)]
+    pub fn before(self, t_max: L) -> Self {
+        Self {
+            hit: self.hit & self.t.less(t_max),
+            ..self
+        }
+    }
+}
+
+/// Where the areas have one sign; zero has both.
+#[inline(always)]
+pub fn one_sign<L: AnyLanes>([a, b, c]: [L; 3]) -> L::Mask {
+    let zero = L::splat(0.0);
+    zero.less_equal(a.min(b.min(c))) | a.max(b.max(c)).less_equal(zero)
 }

@@ -3,7 +3,7 @@
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
 use super::{AnyAlone, Flat, MAX_VERTICES, NearestAlone, Quad};
-use crate::accel::meeting::Meeting;
+use crate::accel::meeting::{Meeting, one_sign};
 use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
 use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, Vec3Lanes};
@@ -113,7 +113,7 @@ impl<L: AnyLanes> Seen<L> {
     fn meet(&self, second: L::Mask, inverse_z: L, t_max: L) -> Meeting<L> {
         let [one, two] = &self.areas;
         let [z_one, z_two] = &self.z;
-        let met = Meeting::of_one_sign(
+        Meeting::of_one_sign(
             self.inside[0] | self.inside[1],
             [
                 two[0].select(second, one[0]),
@@ -127,21 +127,14 @@ impl<L: AnyLanes> Seen<L> {
                 z_two[2].select(second, z_one[2]),
             ],
             inverse_z,
-        );
-        Meeting {
-            hit: met.hit & met.t.less(t_max),
-            ..met
-        }
+        )
+        .before(t_max)
     }
 
     /// Where the rays of [`both`](Self::both) meet the second triangle.
     #[inline(always)]
     fn meet_second(&self, inverse_z: L, t_max: L) -> Meeting<L> {
-        let met = Meeting::of_one_sign(self.both(), self.areas[1], self.z[1], inverse_z);
-        Meeting {
-            hit: met.hit & met.t.less(t_max),
-            ..met
-        }
+        Meeting::of_one_sign(self.both(), self.areas[1], self.z[1], inverse_z).before(t_max)
     }
 
     /// Which rays meet either triangle.
@@ -187,12 +180,6 @@ fn inside<L: AnyLanes>([first, second]: [[L; 3]; 2]) -> [L::Mask; 2] {
     let least = first[0].times_sign(common).min(first[2].times_sign(common));
     let greatest = second[0].times_sign(common).max(second[1].times_sign(common));
     [zero.less_equal(least), greatest.less_equal(zero)]
-}
-
-#[inline(always)]
-fn one_sign<L: AnyLanes>([a, b, c]: [L; 3]) -> L::Mask {
-    let zero = L::splat(0.0);
-    zero.less_equal(a.min(b.min(c))) | a.max(b.max(c)).less_equal(zero)
 }
 
 /// The coordinates with the dominant axis last, in the order that leaves handedness.
