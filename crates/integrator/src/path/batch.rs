@@ -1,12 +1,13 @@
 //! Paths in batches.
 
+use super::further_emitters::further_emitters;
 use super::guide::DirectionGuide;
 use super::paths::{Paths, Shadows};
 use super::purpose::Purpose;
 use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
-use lightshed_scene::{HitBatch, RayBatch, Rgb};
+use lightshed_scene::{HitBatch, RayBatch, Rgb, Scene};
 
 /// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges
 /// number `depth`; if paths are not allowed that many, nothing is traced.
@@ -47,7 +48,6 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
         }
         scene.prefetch_hits(&hits, alive);
         purpose.hit(scene, depth, (&*paths, alive), &hits);
-        shadows.count = 0;
         let arrived = alive;
         alive = super::shade::shade(
             transport,
@@ -59,20 +59,31 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
             purpose,
         );
         purpose.count(arrived, shadows.count);
-        let mut free = !scene.accelerator().occluded_batch(&shadows.rays, shadows.count);
-        if shadows.count < MAX_BATCH {
-            free &= (1 << shadows.count) - 1;
+        connect(scene, &mut shadows, depth + 1, purpose);
+        if transport.samples_at(depth) > 1 {
+            further_emitters(transport, depth, (&*paths, arrived), &hits, purpose);
         }
         depth += 1;
-        while free != 0 {
-            let index = free.trailing_zeros() as usize;
-            free &= free - 1;
-            let [red, green, blue] = &shadows.radiance;
-            let radiance = Rgb::new(red.get(index), green.get(index), blue.get(index));
-            purpose.connect(shadows.owner.get_word(index) as usize, depth, radiance);
-        }
         std::mem::swap(&mut paths, &mut next);
     }
+}
+
+/// Gives what is on its way to paths to those of them that nothing blocks, as paths of `length`
+/// edges; then nothing is on its way any more.
+#[inline(always)]
+pub(super) fn connect(scene: &Scene, shadows: &mut Shadows, length: u32, purpose: &mut impl Purpose) {
+    let mut free = !scene.accelerator().occluded_batch(&shadows.rays, shadows.count);
+    if shadows.count < MAX_BATCH {
+        free &= (1 << shadows.count) - 1;
+    }
+    while free != 0 {
+        let index = free.trailing_zeros() as usize;
+        free &= free - 1;
+        let [red, green, blue] = &shadows.radiance;
+        let radiance = Rgb::new(red.get(index), green.get(index), blue.get(index));
+        purpose.connect(shadows.owner.get_word(index) as usize, length, radiance);
+    }
+    shadows.count = 0;
 }
 
 /// The last edge of each path: only emission counts, so it is traced against emitters, and further

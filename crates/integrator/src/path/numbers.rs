@@ -33,13 +33,45 @@ impl VertexNumbers {
     }
 }
 
+/// The source of one path's random numbers.
+pub(super) trait PathNumbers {
+    /// Those of the vertex at the end of edge number `depth`, where `samples` emitter samples are
+    /// taken, of which these are for the first.
+    fn vertex(&mut self, depth: u32, samples: u32) -> VertexNumbers;
+
+    /// Those of emitter sample `number` of `samples` at that vertex, from 1.
+    fn further(&mut self, depth: u32, samples: u32, number: u32) -> (u64, [f32; 2]);
+}
+
+impl PathNumbers for CounterRng {
+    #[inline(always)]
+    fn vertex(&mut self, depth: u32, samples: u32) -> VertexNumbers {
+        VertexNumbers::draw(self, depth).of_first(samples)
+    }
+
+    /// Words that belong to no vertex.
+    #[inline(always)]
+    fn further(&mut self, _depth: u32, samples: u32, number: u32) -> (u64, [f32; 2]) {
+        self.set_dimension(1 << 31 | number.wrapping_mul(WORDS));
+        (stratified(self.next_u64(), number, samples), self.next_2d())
+    }
+}
+
 impl VertexNumbers {
+    /// With the numbers of the first of a number of emitter samples.
+    #[inline(always)]
+    fn of_first(mut self, samples: u32) -> Self {
+        self.u_emitter = stratified(self.u_emitter, 0, samples);
+        self
+    }
+
     /// From the vertex's two blocks of words.
     #[inline(always)]
-    fn from_blocks([[low, high, a, b], [c, d, e, f]]: [[u32; 4]; 2]) -> Self {
+    fn from_blocks([of_emitter, [c, d, e, f]]: [[u32; 4]; 2]) -> Self {
+        let (u_emitter, u_on_emitter) = emitter_numbers(of_emitter);
         Self {
-            u_emitter: u64::from(high) << 32 | u64::from(low),
-            u_on_emitter: [f32_from_u32(a), f32_from_u32(b)],
+            u_emitter,
+            u_on_emitter,
             u_lobe: f32_from_u32(c),
             u_direction: [f32_from_u32(d), f32_from_u32(e)],
             u_roulette: f32_from_u32(f),
@@ -100,16 +132,12 @@ pub(super) struct VertexLanes<L: Lanes> {
 }
 
 impl<L: Lanes> VertexLanes<L> {
-    /// Number of the first of the two blocks of four words that belong to the vertex at the end of
-    /// edge `depth`. It wraps with the words.
+    /// [`VertexNumbers::draw`] for eight paths, out of their two blocks, with those of the first of
+    /// a number of emitter samples.
     #[inline(always)]
-    pub fn first_block(depth: u32) -> u32 {
-        depth.wrapping_mul(WORDS) / 4
-    }
-
-    /// [`VertexNumbers::draw`] for eight paths, out of their two blocks.
-    #[inline(always)]
-    pub fn from_blocks(words: [[L::Words; 4]; 2]) -> Self {
+    pub fn from_blocks(mut words: [[L::Words; 4]; 2], samples: u32) -> Self {
+        let [low, high, _, _] = &mut words[0];
+        [*low, *high] = stratified_lanes::<L>([*low, *high], 0, samples);
         Self { words }
     }
 
@@ -189,15 +217,104 @@ impl PathWords {
         self.points.block(self.seed, pixel, sample, 0)
     }
 
+    /// A block of a vertex's words of one path.
+    #[inline(always)]
+    pub fn vertex_block(self, [pixel, sample]: [u32; 2], block: u32) -> [u32; 4] {
+        let words = self.points.block(self.seed, pixel, sample, block);
+        arrange(self.points, block, words)
+    }
+
     /// The numbers of one path's vertex at the end of edge `depth`.
     #[inline(always)]
     pub fn vertex(self, pixel: u32, sample: u32, depth: u32) -> VertexNumbers {
-        let first = depth.wrapping_mul(WORDS) / 4;
-        VertexNumbers::from_blocks([first, first.wrapping_add(1)].map(|block| {
-            let words = self.points.block(self.seed, pixel, sample, block);
-            arrange(self.points, block, words)
-        }))
+        self.of(pixel, sample).vertex(depth, 1)
     }
+
+    /// The numbers of the path of a sample of a pixel.
+    #[inline(always)]
+    pub(super) fn of(self, pixel: u32, sample: u32) -> SampleNumbers {
+        let words = self;
+        SampleNumbers { words, pixel, sample }
+    }
+}
+
+/// The random numbers of the path of one sample of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SampleNumbers {
+    words: PathWords,
+    pixel: u32,
+    sample: u32,
+}
+
+impl PathNumbers for SampleNumbers {
+    #[inline(always)]
+    fn vertex(&mut self, depth: u32, samples: u32) -> VertexNumbers {
+        let Self { words, pixel, sample } = *self;
+        let first = emitter_block(depth, 0);
+        let blocks = [first, first.wrapping_add(1)];
+        VertexNumbers::from_blocks(blocks.map(|block| words.vertex_block([pixel, sample], block)))
+            .of_first(samples)
+    }
+
+    #[inline(always)]
+    fn further(&mut self, depth: u32, samples: u32, number: u32) -> (u64, [f32; 2]) {
+        let block = emitter_block(depth, number);
+        let words = self.words.vertex_block([self.pixel, self.sample], block);
+        let (u_select, u) = emitter_numbers(words);
+        (stratified(u_select, number, samples), u)
+    }
+}
+
+/// The block of words for emitter sample `number` at the vertex at the end of edge `depth`.
+///
+/// Groups of stratified points are stratified together with each other up to the
+/// [last](LINKED_BLOCKS), so that is where further samples begin. Far vertices may have the same
+/// numbers. They are other summands of the estimate, so its expectation does not change.
+#[inline(always)]
+pub(super) fn emitter_block(depth: u32, number: u32) -> u32 {
+    match number {
+        0 => depth.wrapping_mul(WORDS) / 4,
+        1..LAST_LINKED => LINKED_BLOCKS - 2 * number,
+        _ => 1 << 29 | 2 * number,
+    }
+}
+
+/// Blocks of stratified points that are stratified together.
+const LINKED_BLOCKS: u32 = 32;
+
+/// The first emitter sample with a block that is not.
+const LAST_LINKED: u32 = LINKED_BLOCKS / 2 - 1;
+
+/// `u` in part `number` of `samples` equal parts of the unit interval.
+#[inline(always)]
+pub(super) fn stratified(u: u64, number: u32, samples: u32) -> u64 {
+    if samples == 1 {
+        return u;
+    }
+    let part = u64::MAX / u64::from(samples);
+    let within = (u128::from(u) * u128::from(part)) >> 64;
+    part * u64::from(number) + within as u64
+}
+
+/// [`stratified`] in lanes, of the low and high halves.
+#[inline(always)]
+pub(super) fn stratified_lanes<L: Lanes>(u: [L::Words; 2], number: u32, samples: u32) -> [L::Words; 2] {
+    if samples == 1 {
+        return u;
+    }
+    let [mut low, mut high] = u.map(LaneWords::store);
+    for (low, high) in low.iter_mut().zip(&mut high) {
+        let u = stratified(u64::from(*high) << 32 | u64::from(*low), number, samples);
+        (*low, *high) = (u as u32, (u >> 32) as u32);
+    }
+    [L::Words::load(&low), L::Words::load(&high)]
+}
+
+/// The numbers for an emitter from the first block of a vertex's words.
+#[inline(always)]
+pub(super) fn emitter_numbers([low, high, a, b]: [u32; 4]) -> (u64, [f32; 2]) {
+    let u_select = u64::from(high) << 32 | u64::from(low);
+    (u_select, [f32_from_u32(a), f32_from_u32(b)])
 }
 
 /// The use of the dimensions of a block at a vertex. The first two of a stratified block are so

@@ -9,7 +9,7 @@ use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{ArrayLanes, LaneWords, Lanes};
 use lightshed_sampling::Density;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
@@ -25,6 +25,14 @@ pub(crate) trait Purpose {
 
     /// Four random words of eight paths with these names.
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4];
+
+    /// The same of one path.
+    #[inline(always)]
+    fn words_alone(&self, names: [u32; 2], block: u32) -> [u32; 4] {
+        let names = names.map(<ArrayLanes as Lanes>::Words::splat);
+        let words = self.words::<ArrayLanes>(names, block);
+        words.map(|words| words.store()[0])
+    }
 
     /// This number of paths have traced their rays, their edges number `depth`.
     #[inline(always)]
@@ -215,6 +223,11 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     }
 
     #[inline(always)]
+    fn words_alone(&self, names: [u32; 2], block: u32) -> [u32; 4] {
+        self.words.vertex_block(names, block)
+    }
+
+    #[inline(always)]
     fn arrive<S: EmitterSampler, G: DirectionGuide>(
         &mut self,
         transport: &Transport<'_, S, G>,
@@ -224,7 +237,9 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
         ray: &Ray,
         point: Option<&SurfacePoint>,
     ) {
-        let met = path.met(transport.scene, &transport.sampler, ray, point);
+        let (scene, sampler) = (transport.scene, &transport.sampler);
+        let samples = transport.samples_at(depth.wrapping_sub(1));
+        let met = path.met_beside(scene, sampler, samples, ray, point);
         let radiance = path.throughput * met;
         let at = point.map(|point| point.position);
         if depth == 1 && point.is_some() && self.without_visible >> (place % MAX_BATCH) & 1 == 1 {

@@ -103,7 +103,12 @@ impl<S: EmitterSampler, G> Transport<'_, S, G> {
 
     /// What the choice among emitters knows of the points, but for their gloss.
     #[inline(always)]
-    fn sites<L: Lanes>(&self, point: &DiffuseLanes<L>, mirror: L, glossy: u32) -> [S::Site; LANES] {
+    pub(super) fn sites<L: Lanes>(
+        &self,
+        point: &DiffuseLanes<L>,
+        mirror: L,
+        glossy: u32,
+    ) -> [S::Site; LANES] {
         if !self.sampler.uses_site() {
             return [S::Site::default(); LANES];
         }

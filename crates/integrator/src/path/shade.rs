@@ -6,7 +6,7 @@
 
 use super::guidance::{GuideQuestions, VectorRows, set_vector, vector};
 use super::guide::DirectionGuide;
-use super::numbers::{VertexLanes, VertexNumbers};
+use super::numbers::{VertexLanes, VertexNumbers, emitter_block};
 use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::{Purpose, ending_surface, ending_vertex};
 use super::scattered_lanes::{ScatteredLanes, facing, is_black, load_rows, load_vectors, store_vectors};
@@ -92,11 +92,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let scene = self.transport.scene;
         let [name, further] = &self.paths.name;
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
-        let block = VertexLanes::<L>::first_block(self.depth);
-        let numbers = VertexLanes::<L>::from_blocks([
+        let block = emitter_block(self.depth, 0);
+        let blocks = [
             self.purpose.words::<L>(names, block),
-            self.purpose.words::<L>(names, block + 1),
-        ]);
+            self.purpose.words::<L>(names, block.wrapping_add(1)),
+        ];
+        let numbers = VertexLanes::<L>::from_blocks(blocks, self.transport.samples_at(self.depth));
         let mut others = wanted & !missed;
         let environment = match scene.emitters().environment() {
             Some(_) => missed,
@@ -308,9 +309,11 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             scatters = (scatters & !picked) | (seen & picked & sound);
         }
 
-        let mis = power_heuristic_lanes(light.pdf_solid_angle, light_pdf);
+        let samples = self.transport.samples_at(self.depth) as f32;
+        let (samples, share) = (L::splat(samples), L::splat(1.0 / samples));
+        let mis = power_heuristic_lanes(light.pdf_solid_angle * samples, light_pdf);
         let mis = one.select(light.is_delta, mis);
-        let radiance = before * (value * light.weight * mis);
+        let radiance = before * (value * light.weight * mis) * share;
         let shadow = lit.bits();
         let (origin, shadow_direction, t_max) = light.shadow_rays(point);
         let shadows = &mut *self.shadows;

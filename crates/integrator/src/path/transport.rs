@@ -29,6 +29,8 @@ pub(crate) struct Transport<'a, S, G = NoGuide> {
     pub max_depth: u32,
     /// Number of the first edge at which roulette may end a path.
     pub roulette_depth: u32,
+    /// Samples of the emitters at the end of the first edge; there is one at all other vertices.
+    pub emitter_samples: u32,
     pub lanes: LaneChoice,
 }
 
@@ -41,6 +43,7 @@ impl<'a, S, G> Transport<'a, S, G> {
             guide: _,
             max_depth,
             roulette_depth,
+            emitter_samples,
             lanes,
         } = self;
         Transport {
@@ -49,7 +52,26 @@ impl<'a, S, G> Transport<'a, S, G> {
             guide,
             max_depth,
             roulette_depth,
+            emitter_samples,
             lanes,
+        }
+    }
+
+    /// With one sample of the emitters at all vertices.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        Self {
+            emitter_samples: 1,
+            ..self
+        }
+    }
+
+    /// Samples of the emitters at a vertex at the end of edge number `depth`.
+    #[inline(always)]
+    pub fn samples_at(&self, depth: u32) -> u32 {
+        match depth {
+            1 => self.emitter_samples,
+            _ => 1,
         }
     }
 }
@@ -147,13 +169,30 @@ impl<K> PathState<K> {
     where
         S: EmitterSampler<Site = K>,
     {
+        self.met_beside(scene, sampler, 1, ray, point)
+    }
+
+    /// The same where this number of emitter samples were taken at the vertex that the ray left.
+    #[inline(always)]
+    pub fn met_beside<S>(
+        &self,
+        scene: &Scene,
+        sampler: &S,
+        samples: u32,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) -> Rgb
+    where
+        S: EmitterSampler<Site = K>,
+    {
         let emitted = met_emission(scene, ray, point);
         match &self.bounce {
             Some(bounce) if emitted != Rgb::ZERO => {
                 if !cfg!(lightshed_without = "specular") && bounce.is_delta {
                     return emitted;
                 }
-                emitted * power_heuristic(bounce.pdf, bounce.emitter_pdf(sampler, ray, point))
+                let by_emitters = bounce.emitter_pdf(sampler, ray, point) * samples as f32;
+                emitted * power_heuristic(bounce.pdf, by_emitters)
             }
             _ => emitted,
         }
@@ -170,6 +209,7 @@ impl<'a, S: EmitterSampler> Transport<'a, S> {
             guide: NoGuide,
             max_depth: settings.max_depth.unwrap_or(u32::MAX),
             roulette_depth: settings.roulette_depth,
+            emitter_samples: 1,
             lanes: LaneChoice::best(),
         }
     }
@@ -210,13 +250,15 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
             .site(|| vertex.shading_point(self.sampler.uses_gloss()))
     }
 
-    /// One sample of the light that reaches a vertex from the emitters and is scattered along the
-    /// path. `None` is a sample of value zero, for which no ray needs to be traced.
+    /// One of a number of samples of the light that reaches a vertex from the emitters and is
+    /// scattered along the path. `None` is a sample of value zero, for which no ray needs to be
+    /// traced.
     #[inline(always)]
     pub fn emitter_light<V: Vertex, D: DirectionDistribution>(
         &self,
         at: &Scattering<'_, V, D>,
         site: &S::Site,
+        samples: u32,
         (u_select, u): (u64, [f32; 2]),
     ) -> Option<EmitterLight> {
         if !at.vertex.has_non_delta() {
@@ -236,9 +278,18 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
             mis: if light.is_delta {
                 1.0
             } else {
-                power_heuristic(light.pdf, scattered.pdf)
+                power_heuristic(light.pdf * samples as f32, scattered.pdf)
             },
         })
+    }
+
+    /// What [`emitter_light`](Self::emitter_light) brings to a path of this throughput.
+    #[inline(always)]
+    pub fn shadow<V: Vertex>(light: &EmitterLight, throughput: Rgb, samples: u32) -> Shadow {
+        Shadow {
+            ray: light.ray,
+            radiance: throughput * V::weighted(light) * (1.0 / samples as f32),
+        }
     }
 
     /// Continues a path from the vertex at the end of its edge number `depth`; `None` if it ends.
@@ -285,8 +336,23 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// At a vertex at the end of a path's edge number `depth`: samples an emitter and the next
-    /// direction. `seen`, if it is there, gets the vertex.
+    /// What one of a number of emitter samples at `vertex` brings to a path of this throughput, by
+    /// its own numbers.
+    #[inline]
+    pub fn further_light(
+        &self,
+        vertex: &SurfaceVertex,
+        throughput: Rgb,
+        samples: u32,
+        u: (u64, [f32; 2]),
+    ) -> Option<Shadow> {
+        let (at, site) = (self.scattering(vertex), self.site(vertex));
+        let light = self.emitter_light(&at, &site, samples, u)?;
+        Some(Self::shadow::<SurfaceVertex>(&light, throughput, samples))
+    }
+
+    /// At a vertex at the end of a path's edge number `depth`: samples an emitter, the first of
+    /// [`samples_at`](Self::samples_at), and the next direction. `seen`, if it is there, gets the vertex.
     #[inline(always)]
     pub fn advance(
         &self,
@@ -298,17 +364,15 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
     ) -> Next {
         let (at, site) = (self.scattering(vertex), self.site(vertex));
         let before = path.throughput;
-        let light = self.emitter_light(&at, &site, numbers.emitter());
+        let samples = self.samples_at(depth);
+        let light = self.emitter_light(&at, &site, samples, numbers.emitter());
         let u_lobe = numbers.lobe();
         let onward = self.scatter(path, &at, site, depth, u_lobe, numbers);
         if let Some(seen) = seen {
             seen(path_vertex(path, before, vertex, depth, light.as_ref(), onward));
         }
         Next {
-            shadow: light.map(|light| Shadow {
-                ray: light.ray,
-                radiance: before * SurfaceVertex::weighted(&light),
-            }),
+            shadow: light.map(|light| Self::shadow::<SurfaceVertex>(&light, before, samples)),
             ray: onward.map(|onward| vertex.point.spawn(onward.direction)),
         }
     }

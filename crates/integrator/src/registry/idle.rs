@@ -4,8 +4,8 @@ use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_FACETS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP,
     GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_FROM, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER,
-    GUIDE_STATES, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, WORLD_BRING,
-    WORLD_CAP, WORLD_CELLS, WORLD_READS,
+    GUIDE_STATES, GUIDE_TRAINING, LIGHT_SAMPLES, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD,
+    WORLD_BRING, WORLD_CAP, WORLD_CELLS, WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -18,7 +18,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     };
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 9] = [
+    let rules: [(&[&MethodOption], bool, &str); 10] = [
         (
             &[
                 &GUIDE_TRAINING,
@@ -29,6 +29,11 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             ],
             guided,
             "without --guide",
+        ),
+        (
+            &[&LIGHT_SAMPLES],
+            !guided && !cached,
+            "with --guide or --cache, whose paths have one",
         ),
         (
             &[&GUIDE_BITS, &GUIDE_PRODUCT],

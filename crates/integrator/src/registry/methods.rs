@@ -8,14 +8,12 @@ use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
-    AnyEmitters, CachedPaths, CachedPathsOptions, DirectLight, DirectLightOptions, EmitterSampler,
-    GuidedPaths, GuidedPathsOptions, LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix,
-    RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathReuse, VolumePathTracer,
-    VolumeTracking, VplBrute, VplGrid,
+    AnyEmitters, CachedPaths, CachedPathsOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
+    LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer, RestirDi, RestirDiSettings,
+    RestirGi, RestirPt, RestirPtOffline, RestirPtOptions, RestirSuffix, RestirSuffixOptions, RestirVolume,
+    RestirVolumeOptions, VolumePathReuse, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
-use lightshed_scene::SkySampling;
 use std::fmt::Display;
 
 type Start<'b> = Result<Started<'b>, String>;
@@ -47,6 +45,7 @@ pub static METHODS: &[MethodEntry] = &[
         options: &[
             options::LIGHTS,
             options::SKY,
+            options::LIGHT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
             options::GUIDE,
@@ -512,7 +511,8 @@ fn path_tracer<'b, S: EmitterSampler + 'b>(
     sampler: S,
     depths: Option<(u32, u32)>,
 ) -> PathTracer<'b, S> {
-    let mut tracer = PathTracer::new(stage.scene(), sampler).with_points(values.points());
+    let tracer = PathTracer::new(stage.scene(), sampler).with_emitter_samples(values.light_samples());
+    let mut tracer = tracer.with_points(values.points());
     if let Some((longest, roulette)) = depths {
         tracer = tracer.with_depths(Some(longest), roulette);
     }
@@ -522,26 +522,9 @@ fn path_tracer<'b, S: EmitterSampler + 'b>(
     }
 }
 
-/// One sample of the emitters and one of the BSDF are a path of two edges; more samples of the
-/// emitters are weighed together.
+/// Paths of two edges.
 fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let emitter_samples = values.light_samples();
-    if emitter_samples == 1 {
-        return path_samples(stage, values, Some((2, u32::MAX)));
-    }
-    let options = DirectLightOptions {
-        emitter_samples,
-        ..DirectLightOptions::default()
-    };
-    // Of several samples of the emitters and one of the BSDF, the latter is too rare for the rest.
-    let sky = values.sky_given().unwrap_or(SkySampling::Luminance);
-    let emitters = stage.emitters_by(values.light_choosing(), sky).map_err(reason)?;
-    let method = DirectLight::new(stage.scene(), emitters, options).map_err(reason)?;
-    let method = method.with_points(values.points());
-    samples(match values.visible_emission() {
-        true => method.with_visible_emission(),
-        false => method,
-    })
+    path_samples(stage, values, Some((2, u32::MAX)))
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {

@@ -68,7 +68,7 @@ pub(super) fn camera_sample<S: EmitterSampler>(
         let receives = sample.receiver.is_none() && !is_delta;
         if receives {
             let throughput = path.throughput / scattering_probability(&vertex.bsdf, vertex.wo);
-            if let Some(light) = transport.emitter_light(&at, &site, rng.emitter()) {
+            if let Some(light) = transport.emitter_light(&at, &site, 1, rng.emitter()) {
                 rays.emitter += 1;
                 if !scene.occluded(&light.ray) {
                     sample.direct += throughput * SurfaceVertex::weighted(&light);

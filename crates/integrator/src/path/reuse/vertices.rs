@@ -4,7 +4,7 @@
 use super::points::store_all;
 use super::tree::Trees;
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers};
+use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers, emitter_block};
 use crate::path::paths::{Paths, Shadows, lanes_within};
 use crate::path::scattered_lanes::{is_black, store_vectors};
 use crate::path::scattering::{SurfaceVertex, Vertex};
@@ -168,7 +168,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let (transport, numbers) = (self.transport, self.numbers(index));
         let (at, site) = (transport.scattering(&vertex), transport.site(&vertex));
         let u = (numbers.u_emitter, numbers.u_on_emitter);
-        if let Some(light) = transport.emitter_light(&at, &site, u) {
+        if let Some(light) = transport.emitter_light(&at, &site, 1, u) {
             let shadow = Shadow {
                 radiance: SurfaceVertex::weighted(&light),
                 ray: light.ray,
@@ -302,11 +302,9 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let (paths, transport) = (self.paths, self.transport);
         let one = L::splat(1.0);
         let names = paths.name.each_ref().map(|name| name.load_words::<L>(place));
-        let block = VertexLanes::<L>::first_block(DEPTH);
-        let numbers = VertexLanes::<L>::from_blocks([
-            self.words.vertex_lanes::<L>(names, block),
-            self.words.vertex_lanes::<L>(names, block + 1),
-        ]);
+        let block = emitter_block(DEPTH, 0);
+        let blocks = [block, block + 1].map(|block| self.words.vertex_lanes::<L>(names, block));
+        let numbers = VertexLanes::<L>::from_blocks(blocks, 1);
         let [_, incoming] = paths.rays.load::<L>(place);
         let lanes = [together, point.glossy];
         let scattered = transport.scatter_lanes((self.hits(), place), point, lanes, incoming, &numbers);

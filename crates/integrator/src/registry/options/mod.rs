@@ -190,10 +190,15 @@ impl MethodValues {
         self.get(&LIGHTS)
     }
 
-    /// Which directions towards an environment are sampled, by methods that take as many directions
-    /// of scattering as samples of emitters.
+    /// Which directions towards an environment are sampled: those above the mean, unless several
+    /// samples of the emitters are taken for one direction of scattering, which is then too rare to
+    /// find the rest.
     pub fn sky(&self) -> SkySampling {
-        self.sky_given().unwrap_or(SkySampling::AboveMean)
+        let usual = match self.light_samples() {
+            1 => SkySampling::AboveMean,
+            _ => SkySampling::Luminance,
+        };
+        self.sky_given().unwrap_or(usual)
     }
 
     /// The same, if told.

@@ -291,7 +291,7 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
         let (at, site) = (transport.scattering(&vertex), transport.site(&vertex));
         let throughput = before * albedo;
         let own = self.words.vertex(name(place.pixel), self.frame, 1);
-        if let Some(light) = transport.emitter_light(&at, &site, (&own).emitter()) {
+        if let Some(light) = transport.emitter_light(&at, &site, 1, (&own).emitter()) {
             self.tally.add(RayKind::Emitter, 1);
             let transmittance = match scene.passes_grid_alone(&light.ray, index) {
                 Some(false) => Rgb::ZERO,

@@ -418,7 +418,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         let (at, site) = (transport.scattering(vertex), transport.site(vertex));
         let mut numbers = state.numbers.vertex(depth, rng);
         let light = if depth < transport.max_depth {
-            transport.emitter_light(&at, &site, numbers.emitter())
+            transport.emitter_light(&at, &site, 1, numbers.emitter())
         } else {
             None
         };
