@@ -48,7 +48,7 @@ fn a_method_is_chosen_and_told() {
     assert!(folder.run(&[&job[..], &tiny].concat()).status.success());
     let task = std::fs::read_to_string(folder.file("job/task.sh")).unwrap();
     assert!(task.contains("--method path --lights bvh"), "{task}");
-    let output = folder.run(&["cornell", "--method", "auto", "--light-samples", "2"]);
+    let output = folder.run(&["cornell", "--method", "auto", "--cap", "2"]);
     assert_eq!(output.status.code(), Some(2));
 }
 

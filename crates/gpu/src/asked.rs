@@ -99,6 +99,9 @@ const ON_DEVICE: [(&str, Ask); 10] = [
 
 fn paths(method: &Method, scene: &Scene) -> Result<Asked, GpuError> {
     let values = method.values();
+    if values.light_samples() != 1 {
+        return Err(refused("the device takes several light-samples with direct only"));
+    }
     let guide = values.guided_paths();
     if let Some(options) = values.cached_paths(scene) {
         let options = CachedPathsOptions { guide, ..options };

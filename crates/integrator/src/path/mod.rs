@@ -525,12 +525,15 @@ mod tests {
                 .collect();
             // Short paths, whose last edges often meet emitters, and long ones, with roulette from
             // the third edge so that those of a batch end at different times.
-            let runs = [1, 2, 3, 7].map(|depth| (depth, PointSet::Independent));
-            let stratified = [(7, PointSet::Sobol), (7, PointSet::BlueNoise)];
-            for (max_depth, points) in runs.into_iter().chain(stratified) {
+            let runs = [1, 2, 3, 7].map(|depth| (depth, PointSet::Independent, 1));
+            let stratified = [(7, PointSet::Sobol, 1), (7, PointSet::BlueNoise, 1)];
+            let several = [(2, PointSet::Sobol, 20), (7, PointSet::Independent, 3)];
+            let runs = runs.into_iter().chain(stratified).chain(several);
+            for (max_depth, points, emitter_samples) in runs {
                 let tracer = || {
                     PathTracer::new(&scene, scene.emitters_by_power())
                         .with_depths(Some(max_depth), 3)
+                        .with_emitter_samples(emitter_samples)
                         .with_points(points)
                 };
                 let on_each: Vec<_> = LaneChoice::all()
@@ -571,7 +574,7 @@ mod tests {
                     }
                     assert_eq!(
                         alone, together,
-                        "{name} to depth {max_depth} in batches of {size}, {:?}",
+                        "{name} to depth {max_depth}, {emitter_samples} emitters, in batches of {size}, {:?}",
                         tracer.transport.lanes
                     );
                 }

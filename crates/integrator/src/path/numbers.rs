@@ -340,3 +340,47 @@ impl StoredVertices {
         VertexNumbers::from_blocks([[low, high, a, b], [c, d, e, f]])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_lanes::ArrayLanes;
+
+    /// Each number is in its part, in order, alone and in lanes. Planted faults: parts counted from
+    /// one; the low halves forgotten.
+    #[test]
+    fn numbers_are_in_their_parts() {
+        let words = [0, 1, 0x1234_5678, 1 << 31, u32::MAX];
+        for samples in [1, 2, 3, 4, 8, 65_536] {
+            for number in [0, samples / 2, samples - 1] {
+                let mut least = 0;
+                for high in words {
+                    for low in words {
+                        let u = stratified(u64::from(high) << 32 | u64::from(low), number, samples);
+                        let part = (u128::from(u) * u128::from(samples)) >> 64;
+                        // Parts are rounded down.
+                        let begins = u64::MAX / u64::from(samples) * u64::from(number);
+                        assert!(u >= begins && part as u32 + 1 >= number && part as u32 <= number);
+                        assert!(u >= least, "not in order");
+                        least = u;
+                        type Words = <ArrayLanes as Lanes>::Words;
+                        let lanes = [low, high].map(Words::splat);
+                        let lanes = stratified_lanes::<ArrayLanes>(lanes, number, samples);
+                        assert_eq!(lanes.map(|half| half.store()[3]), [u as u32, (u >> 32) as u32]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The emitter samples of one vertex have words of their own.
+    #[test]
+    fn blocks_of_a_vertex_differ() {
+        let mut blocks: Vec<u32> = (0..100).map(|number| emitter_block(1, number)).collect();
+        // The camera, and directions at the vertex.
+        blocks.extend([0, 3]);
+        blocks.sort_unstable();
+        blocks.dedup();
+        assert_eq!(blocks.len(), 102);
+    }
+}

@@ -143,6 +143,7 @@ fn other_names_and_values_are_refused() {
         "restir-gi:",
         "path:",
         "direct:light-samples=0",
+        "path:light-samples=0",
         "lightcuts:cut-rebuild=2",
         "path:variance",
         "path:variance@-1",

@@ -223,6 +223,40 @@ fn lightcuts_give_the_same_direct_light() {
     }
 }
 
+/// Paths of up to four edges there by the path tracer that chooses by power, one emitter at each
+/// vertex.
+static MIXED_PATHS: LazyLock<Rendered> = LazyLock::new(|| {
+    let scene = Scene::new(&mixed_lights()).unwrap();
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(4), 3);
+    let mut image = Rendered::new(&tracer, [32, 32], 1024, 1);
+    MIXED_MASK.apply(&mut image);
+    image
+});
+
+/// Paths with several samples of the emitters at their first vertices. Planted faults: weights by
+/// the power heuristic of one sample, at emitters or where directions meet them; a stratum twice.
+#[test]
+fn several_emitter_samples_give_the_same_paths() {
+    let scene = Scene::new(&mixed_lights()).unwrap();
+    let size = [32, 32];
+    let selected = |choosing| LightSelection::new(&scene, choosing).unwrap();
+    let by_power = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(4), 3);
+    let by_tree = PathTracer::new(&scene, selected(LightChoosing::Bvh)).with_depths(Some(4), 3);
+    let tracers: [(&str, &dyn PixelEstimator); 2] = [
+        ("by power", &by_power.with_emitter_samples(5)),
+        (
+            "by a tree",
+            &by_tree.with_emitter_samples(4).with_visible_emission(),
+        ),
+    ];
+    for (seed, (name, tracer)) in (20..).zip(tracers) {
+        let mut found = Rendered::new(&tracer, size, 256, seed);
+        MIXED_MASK.apply(&mut found);
+        compare(&found, &MIXED_PATHS, tile_size(LightChoosing::Bvh, size))
+            .unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    }
+}
+
 /// Paths of up to four edges, with every selection, against the path tracer that chooses by power;
 /// ten per cent too much light is noticed.
 #[test]
@@ -230,14 +264,7 @@ fn every_selection_gives_the_same_paths() {
     let description = mixed_lights();
     let scene = Scene::new(&description).unwrap();
     let size = [32, 32];
-    let mask = &*MIXED_MASK;
-    let mut expected = Rendered::new(
-        &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(4), 3),
-        size,
-        1024,
-        1,
-    );
-    mask.apply(&mut expected);
+    let (mask, expected) = (&*MIXED_MASK, &*MIXED_PATHS);
     for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
         let faults: &[bool] = if choosing == LightChoosing::Bvh {
             &[true]
@@ -252,7 +279,7 @@ fn every_selection_gives_the_same_paths() {
                 found.mean.iter_mut().for_each(|value| *value *= 1.1);
             }
             mask.apply(&mut found);
-            compare(&found, &expected, tile_size(choosing, size))
+            compare(&found, expected, tile_size(choosing, size))
         })
         .unwrap_or_else(|error| panic!("{}: {error:?}", choosing.name()));
     }
