@@ -41,7 +41,8 @@ pub(super) struct FrameCost {
 /// By the method's name: what a frame costs at first sight, in paths, and `a`, `b`, `d`.
 const METHODS: [(&str, f64, [f64; 3]); 6] = [
     ("path", 1.0, [0.0, 0.0, 0.0]),
-    ("direct", 1.0, [0.5, 0.2, 0.0]),
+    // Of several emitter samples.
+    ("direct", 1.0, [0.0, 0.08, 0.0]),
     ("path-reuse", 1.8, [0.5, 0.02, -0.08]),
     // Its reconnections are flights of known density, which cost less than rays.
     ("volpath-reuse", 1.25, [0.0, 0.0, -0.48]),
@@ -92,7 +93,7 @@ fn shades_in_lanes(method: &Method) -> bool {
     if shares_and_resamples(method) {
         return values.light_choosing() != Some(LightChoosing::VlcLobes);
     }
-    let is_path = matches!(method.name(), "path" | "path-reuse" | "direct") && values.light_samples() == 1;
+    let is_path = matches!(method.name(), "path" | "path-reuse" | "direct");
     let is_plain = values.guided_paths().is_none() && values.cache_rule().is_none();
     is_path && is_plain && values.light_choosing() != Some(LightChoosing::VlcLobes)
 }
@@ -216,7 +217,7 @@ mod tests {
             "path:bvh",
             "path-reuse",
             "restir-pt-offline",
-            "direct:light-samples=1",
+            "direct:light-samples=2",
         ] {
             assert_eq!(of_lanes(together, 4, 4), of(together, 0), "{together}");
         }
@@ -224,7 +225,6 @@ mod tests {
             "path:vlc-lobes",
             "path:vmf",
             "restir-pt-offline:sharing=none",
-            "direct:light-samples=2",
         ] {
             assert_eq!(of_lanes(alone, 4, 4), of(alone, 4), "{alone}");
         }
