@@ -30,7 +30,7 @@ pub(super) struct FrameCost {
     beside: [f64; 3],
     /// `t`; zero without a tree.
     choice: f64,
-    /// Emitters chosen at a vertex.
+    /// Emitters chosen at the first surface.
     chosen: f64,
     /// `g`; zero without a guide.
     guide: f64,
@@ -39,10 +39,8 @@ pub(super) struct FrameCost {
 }
 
 /// By the method's name: what a frame costs at first sight, in paths, and `a`, `b`, `d`.
-const METHODS: [(&str, f64, [f64; 3]); 6] = [
+const METHODS: [(&str, f64, [f64; 3]); 5] = [
     ("path", 1.0, [0.0, 0.0, 0.0]),
-    // Of several emitter samples.
-    ("direct", 1.0, [0.0, 0.08, 0.0]),
     ("path-reuse", 1.8, [0.5, 0.02, -0.08]),
     // Its reconnections are flights of known density, which cost less than rays.
     ("volpath-reuse", 1.25, [0.0, 0.0, -0.48]),
@@ -76,6 +74,10 @@ const USUAL_PATH: [RayCounts; 2] = [
 
 /// Pixels that [`USUAL_PATH`] is of.
 const USUAL_PIXELS: f64 = 4.0;
+
+/// What a further emitter sample at the first surface costs, in the time of the first one's ray
+/// and choice.
+const FURTHER: f64 = 1.1;
 
 /// What a path with a guide costs, in plain ones: the guide is asked and taught at each vertex.
 const GUIDED: f64 = 2.0;
@@ -113,10 +115,10 @@ fn measured(method: &Method) -> (f64, [f64; 3]) {
     known.map_or((1.0, [0.0; 3]), |&(_, paths, beside)| (paths, beside))
 }
 
-/// Emitters that a method chooses at a vertex.
+/// Emitters that a method chooses at the first surface.
 fn chosen(method: &Method) -> f64 {
     match method.name() {
-        "direct" => f64::from(method.values().light_samples()),
+        "path" | "direct" => f64::from(method.values().light_samples()),
         _ => 1.0,
     }
 }
@@ -165,15 +167,13 @@ impl FrameCost {
 
     /// `C` of a method of independent samples, by rays of paths with one emitter at each vertex.
     pub(super) fn of_paths(&self, rays: &RayCounts, pixels: f64) -> f64 {
-        let chosen = |count: u64| (count as f64 * self.chosen) as u64;
-        let rays = RayCounts {
-            emitter: chosen(rays.emitter),
-            ..*rays
-        };
         // What a guide costs is in the number of plain paths.
         let plain = Self { guide: 0.0, ..*self };
-        let path = plain.count(&rays, pixels) + (self.chosen - 1.0) * self.choice * rays.path as f64 / pixels;
-        self.in_paths(path)
+        // No more first surfaces than paths.
+        let first = (pixels / rays.path.max(1) as f64).min(1.0);
+        let [emitters, choices] = [rays.emitter, rays.path].map(|count| first * count as f64 / pixels);
+        let further = FURTHER * (self.ray * emitters + self.choice * choices);
+        self.in_paths(plain.count(rays, pixels) + (self.chosen - 1.0) * further)
     }
 
     /// The same where a plain path of this scene costs `path`.
@@ -221,11 +221,7 @@ mod tests {
         ] {
             assert_eq!(of_lanes(together, 4, 4), of(together, 0), "{together}");
         }
-        for alone in [
-            "path:vlc-lobes",
-            "path:vmf",
-            "restir-pt-offline:sharing=none",
-        ] {
+        for alone in ["path:vlc-lobes", "path:vmf", "restir-pt-offline:sharing=none"] {
             assert_eq!(of_lanes(alone, 4, 4), of(alone, 4), "{alone}");
         }
         assert!(

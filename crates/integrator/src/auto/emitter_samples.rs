@@ -1,4 +1,4 @@
-//! How many emitters direct light samples at a point.
+//! How many emitters paths sample at the first surface.
 
 use super::choice::Trial;
 use super::cost::FrameCost;
@@ -19,13 +19,18 @@ const BETTER: f64 = 0.9;
 /// A sample's variance is `V(n) = A + B / n`, where `A` is that of the place in the pixel and of
 /// directions, and `B` that of emitters. Two numbers tell both: `one` was tried with one emitter,
 /// `tried` with [`TRIED`], both chosen alike. `A` is not less than zero: emitters are stratified.
-pub(super) fn best_number(one: &Trial, tried: &Trial, features: &SceneFeatures) -> Option<(Method, f64)> {
+pub(super) fn best_number(
+    one: &Trial,
+    tried: &Trial,
+    features: &SceneFeatures,
+    max_depth: Option<u32>,
+) -> Option<(Method, f64)> {
     let known = f64::from(TRIED);
     let error = |trial: &Trial| f64::from(trial.frames) * trial.certain_error();
     let [of_one, of_tried] = [one, tried].map(error);
     let steady = ((known * of_tried - of_one) / (known - 1.0)).max(0.0);
     let falling = (of_tried - steady) * known;
-    let usual = |method: &Method| FrameCost::of(method, features).of_usual_paths(Some(2));
+    let usual = |method: &Method| FrameCost::of(method, features).of_usual_paths(max_depth);
     let ratio = |number: u32| {
         let mut method = tried.method.clone();
         method.set("light-samples", &number.to_string()).ok()?;
@@ -65,12 +70,12 @@ mod tests {
         let best = |of_four: f64| {
             let (one, four) = (
                 trial("path:bvh", 4, 1.0),
-                trial("direct:bvh:light-samples=4", 2, of_four),
+                trial("path:bvh:light-samples=4", 2, of_four),
             );
-            best_number(&one, &four, &features)
+            best_number(&one, &four, &features, Some(2))
         };
         let (method, cost) = best(0.25).unwrap();
-        assert_eq!(method.to_string(), "direct:bvh:8");
+        assert_eq!(method.to_string(), "path:bvh:8");
         assert!((1.6..2.0).contains(&cost), "{cost}");
         // Less than a quarter is by strata.
         assert!(best(0.1).is_some());

@@ -61,7 +61,7 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
         "path-reuse" => 1.0 / sharing,
-        "direct" if method.values().light_samples() > 1 => SEVERAL_SAMPLES,
+        "path" if method.values().light_samples() > 1 => SEVERAL_SAMPLES,
         "volpath-reuse" => 1.0 / (1.0 + SHARING_RARE_IN_MEDIA * rare),
         _ => 1.0,
     };
@@ -115,8 +115,8 @@ mod tests {
     #[test]
     fn priors_are_for_what_pilots_miss() {
         assert_eq!([of("path", 1000, 0.5), of("path:bvh", 63, 0.5)], [1.0; 2]);
-        assert_eq!([of("path:bvh", 64, 0.0), of("direct:bvh:1", 64, 0.9)], [0.5; 2]);
-        assert_eq!(of("direct:bvh:4", 64, 0.9), 0.5 * SEVERAL_SAMPLES);
+        assert_eq!([of("path:bvh", 64, 0.0), of("direct:bvh", 64, 0.9)], [0.5; 2]);
+        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5 * SEVERAL_SAMPLES);
         assert_eq!(
             [of("path-reuse", 64, 0.0), of("path-reuse:bvh", 64, 0.0)],
             [1.0, 0.5]

@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
 
-/// How certain the errors of direct light with several emitters are at the least, in those of paths
-/// with emitters chosen alike: a pilot has few of its dear samples, of which one outlier is easily
+/// How certain the errors of paths with several emitter samples are at the least, in those of paths
+/// with one, chosen alike: a pilot has few of its dear samples, of which one outlier is easily
 /// all of the error.
 const AS_CERTAIN: f64 = 0.8;
 
@@ -45,6 +45,19 @@ pub(super) struct Race<'r, 'a> {
 fn tells_plain(families: &[Family]) -> bool {
     let name = |place: usize| families.get(place).map(|family| family.methods[0].name());
     name(0) == Some("path") && families[0].methods.len() == 1 && name(1) == Some("path-reuse")
+}
+
+/// Whether a method is paths with one emitter sample at each vertex, chosen as by `other`.
+fn is_path_alike(method: &Method, other: &Method) -> bool {
+    let [values, others] = [method, other].map(Method::values);
+    method.name() == "path"
+        && values.light_samples() == 1
+        && values.light_choosing() == others.light_choosing()
+}
+
+/// Whether a method is paths with several.
+fn has_several_samples(method: &Method) -> bool {
+    method.name() == "path" && method.values().light_samples() > 1
 }
 
 /// Processor seconds of this process so far; zero where the platform does not tell.
@@ -172,9 +185,7 @@ impl Race<'_, '_> {
                 (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
                 (false, None, None) => cost.of_usual_paths(self.max_depth),
             };
-            let same_emitters =
-                |other: &Method| method.values().light_choosing() == other.values().light_choosing();
-            let said = plain.filter(|((sharing, _), _)| method.name() == "path" && same_emitters(sharing));
+            let said = plain.filter(|((sharing, _), _)| is_path_alike(method, sharing));
             let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
@@ -182,8 +193,8 @@ impl Race<'_, '_> {
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
             };
-            let alike = |(other, _): &&(Method, Images)| other.name() == "path" && same_emitters(other);
-            let paths = done.iter().find(alike).filter(|_| method.name() == "direct");
+            let alike = |(other, _): &&(Method, Images)| is_path_alike(other, method);
+            let paths = done.iter().find(alike).filter(|_| has_several_samples(method));
             let certain = paths.map_or(own, |paths| own.max(AS_CERTAIN * certain(paths)));
             Trial {
                 method: method.clone(),
@@ -211,17 +222,14 @@ impl Race<'_, '_> {
             .map(|(place, _)| place)
     }
 
-    /// Direct light with another number of emitter samples than was tried, where that is better,
-    /// and what it costs beside the one tried.
+    /// Paths with another number of emitter samples than was tried, where that is better, and what
+    /// they cost beside those tried.
     fn other_number_of_emitters(&self, chosen: &Trial) -> Option<(Method, f64)> {
-        let values = chosen.method.values();
-        let is_one = |trial: &&Trial| {
-            trial.method.name() == "path" && trial.method.values().light_choosing() == values.light_choosing()
-        };
+        let is_one = |trial: &&Trial| is_path_alike(&trial.method, &chosen.method);
         let one = self.trials.iter().find(is_one)?;
-        let is_tried = chosen.method.name() == "direct" && values.light_samples() == TRIED;
+        let is_tried = has_several_samples(&chosen.method) && chosen.method.values().light_samples() == TRIED;
         is_tried
-            .then(|| best_number(one, chosen, &self.features))
+            .then(|| best_number(one, chosen, &self.features, self.max_depth))
             .flatten()
     }
 
