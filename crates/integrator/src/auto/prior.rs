@@ -33,6 +33,11 @@ const SHARING_RARE: f64 = 2.0;
 /// it: where it takes away less, its frames cost more than it brings.
 const SOME: [f64; 2] = [0.15, 0.3];
 
+/// The loss of frames that share, in cost times error beside plain paths as the pilot shows it,
+/// from which on they are given less for what is rare, and nothing: their bound is of no use where
+/// they cost much more than they take away, as among thousands of lamps.
+const LOSES: [f64; 2] = [1.3, 1.6];
+
 /// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
 const SHARING_RARE_IN_MEDIA: f64 = 1.0;
 
@@ -43,6 +48,9 @@ pub(super) struct Known {
     pub finite_emitters: usize,
     /// The part of plain paths' error that sharing takes away, in the pilot.
     pub shared: f64,
+    /// What a frame that shares paths costs, in plain paths with emitters chosen alike; 1 if none
+    /// were tried.
+    pub cost: f64,
     /// How certain the error of frames that share paths is, as in [`super::Trial::certain`]; 1 if
     /// none were tried.
     pub certain: f64,
@@ -56,7 +64,9 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
     let tree = if has_tree && many { TREE } else { 1.0 };
     let rare = 1.0 - known.certain;
     let pays = ((known.shared - SOME[0]) / (SOME[1] - SOME[0])).clamp(0.0, 1.0);
-    let sharing = (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * pays);
+    let loss = known.cost * (1.0 - known.shared);
+    let is_open = ((LOSES[1] - loss) / (LOSES[1] - LOSES[0])).clamp(0.0, 1.0);
+    let sharing = (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * pays * is_open);
     let own = match method.name() {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
@@ -80,6 +90,7 @@ mod tests {
         let known = Known {
             finite_emitters,
             shared,
+            cost: 1.0,
             certain,
         };
         prior(&text.parse().unwrap(), 4, known)

@@ -171,20 +171,30 @@ impl Race<'_, '_> {
             let errors = sharing.1.plain_errors(&weights).filter(|_| tells)?;
             Some((sharing, errors))
         });
-        let known = Known {
-            finite_emitters: self.features.area_emitters + self.features.delta_emitters,
-            shared: plain.map_or(0.0, |(_, errors)| errors.shared),
-            certain: shared.map_or(1.0, certain),
-        };
-        let trials = done.iter().map(|one| {
-            let (method, images) = one;
+        let cost_of = |(method, images): &(Method, Images)| {
             let cost = FrameCost::of(method, &self.features);
-            let cost = match (self.task.by_clock, &images.rays, &path) {
+            match (self.task.by_clock, &images.rays, &path) {
                 (true, ..) => images.seconds / pixels(images.frames),
                 (false, Some(rays), _) => cost.count(rays, pixels(images.frames)),
                 (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
                 (false, None, None) => cost.of_usual_paths(self.max_depth),
-            };
+            }
+        };
+        let cost_of_sharing = plain.and_then(|(sharing, _)| {
+            let mut paths = done
+                .iter()
+                .filter(|(method, _)| is_path_alike(method, &sharing.0));
+            paths.next().map(|paths| cost_of(sharing) / cost_of(paths))
+        });
+        let known = Known {
+            finite_emitters: self.features.area_emitters + self.features.delta_emitters,
+            shared: plain.map_or(0.0, |(_, errors)| errors.shared),
+            cost: cost_of_sharing.unwrap_or(1.0),
+            certain: shared.map_or(1.0, certain),
+        };
+        let trials = done.iter().map(|one| {
+            let (method, images) = one;
+            let cost = cost_of(one);
             let said = plain.filter(|((sharing, _), _)| is_path_alike(method, sharing));
             let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
