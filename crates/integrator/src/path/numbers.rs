@@ -275,7 +275,7 @@ pub(super) fn emitter_block(depth: u32, number: u32) -> u32 {
     match number {
         0 => depth.wrapping_mul(WORDS) / 4,
         1..LAST_LINKED => LINKED_BLOCKS - 2 * number,
-        _ => 1 << 29 | 2 * number,
+        _ => (1 << 29) + 2 * number,
     }
 }
 
