@@ -75,9 +75,9 @@ const USUAL_PATH: [RayCounts; 2] = [
 /// Pixels that [`USUAL_PATH`] is of.
 const USUAL_PIXELS: f64 = 4.0;
 
-/// What a further emitter sample at the first surface costs, in the time of the first one's ray
-/// and choice.
-const FURTHER: f64 = 1.1;
+/// What several emitter samples at the first surface cost beside their choices and rays, in rays:
+/// the surface is looked up again.
+const SEVERAL: f64 = 0.9;
 
 /// What a path with a guide costs, in plain ones: the guide is asked and taught at each vertex.
 const GUIDED: f64 = 2.0;
@@ -172,8 +172,13 @@ impl FrameCost {
         // No more first surfaces than paths.
         let first = (pixels / rays.path.max(1) as f64).min(1.0);
         let [emitters, choices] = [rays.emitter, rays.path].map(|count| first * count as f64 / pixels);
-        let further = FURTHER * (self.ray * emitters + self.choice * choices);
-        self.in_paths(plain.count(rays, pixels) + (self.chosen - 1.0) * further)
+        let further = self.ray * emitters + self.choice * choices;
+        let again = if self.chosen > 1.0 {
+            SEVERAL * self.ray
+        } else {
+            0.0
+        };
+        self.in_paths(plain.count(rays, pixels) + (self.chosen - 1.0) * further + again)
     }
 
     /// The same where a plain path of this scene costs `path`.

@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn more_emitters_where_they_make_the_error() {
         let mut features = SceneFeatures::default();
-        features.area_emitters = 1000;
+        (features.area_emitters, features.triangles) = (1000, 1 << 16);
         let best = |of_four: f64| {
             let (one, four) = (
                 trial("path:bvh", 4, 1.0),
@@ -75,7 +75,7 @@ mod tests {
             best_number(&one, &four, &features, Some(2))
         };
         let (method, cost) = best(0.25).unwrap();
-        assert_eq!(method.to_string(), "path:bvh:8");
+        assert_eq!(method.to_string(), "path:bvh:light-samples=8");
         assert!((1.6..2.0).contains(&cost), "{cost}");
         // Less than a quarter is by strata.
         assert!(best(0.1).is_some());

@@ -1,5 +1,6 @@
 //! Paths in batches.
 
+use super::connect::connect;
 use super::further_emitters::further_emitters;
 use super::guide::DirectionGuide;
 use super::paths::{Paths, Shadows};
@@ -7,7 +8,7 @@ use super::purpose::Purpose;
 use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
-use lightshed_scene::{HitBatch, RayBatch, Rgb, Scene};
+use lightshed_scene::{HitBatch, RayBatch};
 
 /// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges
 /// number `depth`; if paths are not allowed that many, nothing is traced.
@@ -66,24 +67,6 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
         depth += 1;
         std::mem::swap(&mut paths, &mut next);
     }
-}
-
-/// Gives what is on its way to paths to those of them that nothing blocks, as paths of `length`
-/// edges; then nothing is on its way any more.
-#[inline(always)]
-pub(super) fn connect(scene: &Scene, shadows: &mut Shadows, length: u32, purpose: &mut impl Purpose) {
-    let mut free = !scene.accelerator().occluded_batch(&shadows.rays, shadows.count);
-    if shadows.count < MAX_BATCH {
-        free &= (1 << shadows.count) - 1;
-    }
-    while free != 0 {
-        let index = free.trailing_zeros() as usize;
-        free &= free - 1;
-        let [red, green, blue] = &shadows.radiance;
-        let radiance = Rgb::new(red.get(index), green.get(index), blue.get(index));
-        purpose.connect(shadows.owner.get_word(index) as usize, length, radiance);
-    }
-    shadows.count = 0;
 }
 
 /// The last edge of each path: only emission counts, so it is traced against emitters, and further

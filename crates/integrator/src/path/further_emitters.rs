@@ -1,6 +1,6 @@
 //! Samples of emitters beyond the first at the vertices of a batch, where there are several.
 
-use super::batch::connect;
+use super::connect::connect;
 use super::guide::DirectionGuide;
 use super::numbers::{emitter_block, emitter_numbers, stratified, stratified_lanes};
 use super::paths::{Paths, Shadows, lanes_within};

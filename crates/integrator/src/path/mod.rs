@@ -1,6 +1,7 @@
 //! Unidirectional path tracing with emitter sampling.
 
 pub(crate) mod batch;
+mod connect;
 pub(crate) mod ending;
 mod further_emitters;
 mod guidance;

@@ -352,7 +352,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
     }
 
     /// At a vertex at the end of a path's edge number `depth`: samples an emitter, the first of
-    /// [`samples_at`](Self::samples_at), and the next direction. `seen`, if it is there, gets the vertex.
+    /// [`samples_at`](Self::samples_at), and the next direction. `seen`, if it is there, gets the
+    /// vertex.
     #[inline(always)]
     pub fn advance(
         &self,

@@ -45,7 +45,6 @@ pub static METHODS: &[MethodEntry] = &[
         options: &[
             options::LIGHTS,
             options::SKY,
-            options::LIGHT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
             options::GUIDE,
@@ -64,6 +63,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::GUIDE_STATES,
             options::GUIDE_MEMORY,
             options::CACHE_FACETS,
+            options::LIGHT_SAMPLES,
         ],
         start: path,
     },

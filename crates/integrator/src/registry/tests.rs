@@ -220,6 +220,8 @@ fn options_without_effect_are_refused() {
     for (idle, used) in [
         ("path:guide-training=4", "path:cdq:guide-training=4"),
         ("path:sdtree:128", "path:cdq:128"),
+        ("path:cdq:light-samples=2", "path:bvh:light-samples=2"),
+        ("path:fixed:light-samples=2", "path:light-samples=2"),
         ("path:cache-passes=4", "path:fixed:cache-passes=4"),
         ("path:cache-always", "path:fixed:cache-passes=1:cache-always"),
         (
