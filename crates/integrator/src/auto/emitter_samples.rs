@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn more_emitters_where_they_make_the_error() {
         let mut features = SceneFeatures::default();
-        (features.area_emitters, features.triangles) = (1000, 1 << 16);
+        (features.area_emitters, features.tree) = (1000, true);
         let best = |of_four: f64| {
             let (one, four) = (
                 trial("path:bvh", 4, 1.0),
