@@ -117,7 +117,7 @@ fn options_that_are_given_hold() {
         guided
             .left_out
             .iter()
-            .any(|left| left.why.contains("light-samples"))
+            .any(|left| left.method.contains("light-samples"))
     );
     // One family takes it.
     let shifted = choose("auto:shift=reconnection", "cornell", 4, 1);
