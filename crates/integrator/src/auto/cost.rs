@@ -77,7 +77,7 @@ const USUAL_PIXELS: f64 = 4.0;
 
 /// What several emitter samples at the first surface cost beside their choices and rays, in rays:
 /// the surface is looked up again.
-const SEVERAL: f64 = 0.9;
+const LOOKED_UP_AGAIN: f64 = 0.9;
 
 /// What a path with a guide costs, in plain ones: the guide is asked and taught at each vertex.
 const GUIDED: f64 = 2.0;
@@ -174,7 +174,7 @@ impl FrameCost {
         let [emitters, choices] = [rays.emitter, rays.path].map(|count| first * count as f64 / pixels);
         let further = self.ray * emitters + self.choice * choices;
         let again = if self.chosen > 1.0 {
-            SEVERAL * self.ray
+            LOOKED_UP_AGAIN * self.ray
         } else {
             0.0
         };

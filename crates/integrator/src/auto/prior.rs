@@ -122,6 +122,24 @@ mod tests {
         );
     }
 
+    /// Where frames that share cost much more than they take away, they get nothing for what is
+    /// rare. Planted fault: their cost left out.
+    #[test]
+    fn sharing_that_loses_gets_nothing_for_what_is_rare() {
+        let of = |cost: f64, certain: f64| {
+            let known = Known {
+                finite_emitters: 1,
+                shared: 0.3,
+                cost,
+                certain,
+            };
+            prior(&"path-reuse".parse().unwrap(), 4, known)
+        };
+        assert_eq!(of(2.4, 0.5), of(2.4, 1.0));
+        assert_eq!(of(1.8, 0.5), of(1.0, 0.5));
+        assert!(of(2.4, 0.5) > of(2.0, 0.5) && of(2.0, 0.5) > of(1.0, 0.5));
+    }
+
     /// A tree pays among many emitters, and sharing as far as it takes anything away.
     #[test]
     fn priors_are_for_what_pilots_miss() {

@@ -101,11 +101,13 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Further<'_, '_, S, G, P> 
         let names = [0, 1].map(|name| self.paths.name[name].get_word(index));
         let owner = self.paths.owner.get_word(index);
         let samples = transport.samples_at(self.depth);
+        let (at, site) = (transport.scattering(&vertex), transport.site(&vertex));
         for number in 1..samples {
             let block = emitter_block(self.depth, number);
             let (u_select, u) = emitter_numbers(self.purpose.words_alone(names, block));
             let u = (stratified(u_select, number, samples), u);
-            if let Some(shadow) = transport.further_light(&vertex, throughput, samples, u) {
+            if let Some(light) = transport.emitter_light(&at, &site, samples, u) {
+                let shadow = Transport::<S, G>::shadow::<SurfaceVertex>(&light, throughput, samples);
                 self.make_room();
                 self.shadows.push(&shadow, owner);
             }

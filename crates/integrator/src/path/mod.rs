@@ -298,8 +298,11 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             }
             for number in 1..samples {
                 let u = numbers.further(depth, samples, number);
-                if let Some(shadow) = self.transport.further_light(&vertex, before, samples, u) {
-                    connect(shadow);
+                let (at, site) = (self.transport.scattering(&vertex), self.transport.site(&vertex));
+                if let Some(light) = self.transport.emitter_light(&at, &site, samples, u) {
+                    connect(Transport::<S, G>::shadow::<SurfaceVertex>(
+                        &light, before, samples,
+                    ));
                 }
             }
             match next.ray {

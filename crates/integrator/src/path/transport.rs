@@ -336,21 +336,6 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// What one of a number of emitter samples at `vertex` brings to a path of this throughput, by
-    /// its own numbers.
-    #[inline]
-    pub fn further_light(
-        &self,
-        vertex: &SurfaceVertex,
-        throughput: Rgb,
-        samples: u32,
-        u: (u64, [f32; 2]),
-    ) -> Option<Shadow> {
-        let (at, site) = (self.scattering(vertex), self.site(vertex));
-        let light = self.emitter_light(&at, &site, samples, u)?;
-        Some(Self::shadow::<SurfaceVertex>(&light, throughput, samples))
-    }
-
     /// At a vertex at the end of a path's edge number `depth`: samples an emitter, the first of
     /// [`samples_at`](Self::samples_at), and the next direction. `seen`, if it is there, gets the
     /// vertex.
