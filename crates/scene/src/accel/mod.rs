@@ -18,6 +18,8 @@ mod triangle;
 mod wide;
 
 #[cfg(test)]
+mod enclosure_tests;
+#[cfg(test)]
 mod quad_tests;
 #[cfg(test)]
 mod tests;

@@ -28,9 +28,10 @@ thread_local! {
 }
 
 impl View {
-    /// Prepares the rays from `place` on, as many as there are lanes. Returns `1 / d[kz]`.
+    /// Prepares the rays from `place` on, as many as there are lanes, for these vertices. Returns
+    /// `1 / d[kz]`.
     #[inline(always)]
-    fn look<L: AnyLanes>(&mut self, flat: &Flat, rays: &RayBatch, place: usize) -> L {
+    fn look<L: AnyLanes>(&mut self, vertices: &[[f32; 4]], rays: &RayBatch, place: usize) -> L {
         let [o, d] = rays.read::<L>(place);
         let magnitude = d.abs();
         let x_over_y = magnitude.y.less(magnitude.x);
@@ -44,7 +45,7 @@ impl View {
         let inverse_z = L::splat(1.0) / d_z;
         let (shear_x, shear_y) = (d_x * inverse_z, d_y * inverse_z);
         let seen = self.0.chunks_exact_mut(3 * L::COUNT);
-        for (vertex, seen) in flat.vertices.iter().zip(seen) {
+        for (vertex, seen) in vertices.iter().zip(seen) {
             let z = L::pick(vertex, k_z) - o_z;
             let x = L::pick(vertex, k_x) - o_x - shear_x * z;
             let y = L::pick(vertex, k_y) - o_y - shear_y * z;
@@ -252,7 +253,7 @@ impl NearestTogether<'_> {
         } = self;
         let mut place = 0;
         while place < count.min(RayBatch::CAPACITY) {
-            let inverse_z = view.look::<M>(flat, rays, place);
+            let inverse_z = view.look::<M>(&flat.vertices, rays, place);
             let mut found = Found {
                 t: rays.t_max.read::<M>(place),
                 weights: [M::splat(0.0); 2],
@@ -291,6 +292,16 @@ impl NearestTogether<'_> {
     }
 }
 
+/// The lowest `count` bits.
+#[inline(always)]
+fn first_bits(count: usize) -> u32 {
+    if count < u32::BITS as usize {
+        (1 << count) - 1
+    } else {
+        u32::MAX
+    }
+}
+
 struct AnyTogether<'a> {
     view: &'a mut View,
     flat: &'a Flat,
@@ -319,13 +330,24 @@ impl AnyTogether<'_> {
             count,
         } = self;
         let count = count.min(RayBatch::CAPACITY);
+        let inner = &flat.vertices[..flat.inner_vertices.min(flat.vertices.len())];
         let mut occluded = 0;
         let mut place = 0;
         while place < count {
-            let inverse_z = view.look::<M>(flat, rays, place);
+            let leaving = !flat.enclosure.holds_lanes::<M>(rays, place);
+            // Lanes behind the last ray do not count.
+            let leaves = !flat.apart.is_empty() && leaving.bits() & first_bits(count - place) != 0;
+            let vertices = if leaves { &flat.vertices[..] } else { inner };
+            let inverse_z = view.look::<M>(vertices, rays, place);
             let t_max = rays.t_max.read::<M>(place);
             let mut any = M::Mask::from_bits(0);
-            for quad in &flat.others {
+            if leaves {
+                for quad in &flat.apart {
+                    any = any | view.see::<M>(quad).meets(inverse_z, t_max);
+                }
+                any = any & leaving;
+            }
+            for quad in &flat.inner {
                 any = any | view.see::<M>(quad).meets(inverse_z, t_max);
             }
             let mut any = any.bits();

@@ -1,0 +1,137 @@
+//! Few triangles in a room: segments that stay in the room, that leave it, and that come from
+//! outside.
+
+use super::flat::Enclosure;
+use super::tests::soup;
+use super::*;
+use glam::DVec3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A box of side 2 around the origin without one of its faces, and some triangles within.
+fn room(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
+    let mut triangles = Vec::new();
+    let open = rng.random_range(0..6);
+    for (face, sign) in (0..6).zip([1.0, -1.0].into_iter().cycle()) {
+        if face != open {
+            let axis = face / 2;
+            let corner = |u: f32, v: f32| {
+                let mut corner = Vec3::ZERO;
+                corner[axis] = sign;
+                corner[(axis + 1) % 3] = u;
+                corner[(axis + 2) % 3] = v;
+                corner
+            };
+            let [a, b, c, d] = [
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    // Some of them reach beyond the walls; one is behind a wall.
+    let scale = if rng.random() { 0.6 } else { 1.2 };
+    let others = soup(rng, 12, 0.4)
+        .into_iter()
+        .map(|triangle| triangle.map(|corner| scale * corner));
+    triangles.extend(others);
+    triangles.push([(2.0, 0.0), (2.0, 1.0), (1.5, 0.0)].map(|(x, y)| Vec3::new(x, y, 0.2)));
+    triangles
+}
+
+fn enclosure_of(triangles: &[[Vec3; 3]]) -> Enclosure {
+    let corners = triangles.iter().flatten();
+    let least = corners
+        .clone()
+        .fold(Vec3::INFINITY, |least, corner| least.min(*corner));
+    let most = corners.fold(Vec3::NEG_INFINITY, |most, corner| most.max(*corner));
+    Enclosure::of(triangles, [least, most])
+}
+
+/// A point within the room, on a wall, or around.
+fn place(rng: &mut impl Rng) -> Vec3 {
+    let mut point = Vec3::from_array([(); 3].map(|_| rng.random_range(-1.0..1.0)));
+    match rng.random_range(0..4) {
+        0 => point[rng.random_range(0..3)] = if rng.random() { 1.0 } else { -1.0 },
+        1 => point *= 2.0,
+        _ => {}
+    }
+    point
+}
+
+/// Planted faults: the origin is not asked for, the end is not asked for, one face has no triangles
+/// that count, all segments of a register count as staying if one of them does, and rays behind the
+/// last one count.
+#[test]
+fn segments_in_a_room_are_tested_against_what_they_can_meet() {
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let mut stay = [0; 2];
+    for turn in 0..200 {
+        let triangles = room(&mut rng);
+        let enclosure = enclosure_of(&triangles);
+        let best = Flat::build(&triangles).unwrap();
+        let array = best.clone().on_array_lanes();
+        let mut rays = Vec::new();
+        while rays.len() < RayBatch::CAPACITY {
+            let (from, to) = (place(&mut rng), place(&mut rng));
+            let t_max = [1.0, 0.5, 2.0, f32::INFINITY][rng.random_range(0..4)];
+            let ray = Ray::segment(from, to - from, t_max);
+            // Batches of every third turn stay in the room altogether.
+            if turn % 3 != 0 || enclosure.holds(&ray) {
+                rays.push(ray);
+            }
+        }
+        let mut batch = RayBatch::NOWHERE;
+        batch.fill(&rays);
+        let count = rng.random_range(1..=rays.len());
+        for flat in [&best, &array] {
+            let occluded = flat.occluded_batch(&batch, count);
+            for (index, ray) in rays.iter().enumerate().take(count) {
+                let holds = enclosure.holds(ray);
+                stay[usize::from(holds)] += 1;
+                let beyond = |start: f32| {
+                    let meets = |triangle| {
+                        intersect_triangle(ray, triangle, 0, ray.t_max).is_some_and(|hit| hit.t > start)
+                    };
+                    triangles.iter().any(meets)
+                };
+                // By rounding, a segment may meet the wall on which it starts; not so within.
+                let expected = beyond(1e-6);
+                if !holds && expected != beyond(0.0) {
+                    continue;
+                }
+                assert_eq!(occluded >> index & 1 == 1, expected, "{ray:?} {triangles:?}");
+                assert_eq!(flat.occluded(ray), expected, "{ray:?} alone");
+            }
+        }
+    }
+    assert!(stay.iter().all(|count| *count > 3_000), "{stay:?} say little");
+}
+
+/// Planted fault: no slack.
+#[test]
+fn what_is_said_to_stay_in_the_box_does() {
+    let mut rng = Pcg64Mcg::seed_from_u64(6);
+    let mut held = 0;
+    for _ in 0..200_000 {
+        let size = 2f32.powi(rng.random_range(-20..20));
+        let mut point = || Vec3::from_array([(); 3].map(|_| size * rng.random_range(-1.0..1.0f32)));
+        let (a, b, c) = (point(), point(), point());
+        let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+        let enclosure = enclosure_of(&[[a, b, c]]);
+        // From a corner or near to it, to a face or near to it.
+        let from = least + (most - least) * [0.0, 0.5, 1.0][rng.random_range(0..3)];
+        let to = least + (most - least) * [0.0, 1e-6, 0.5, 1.0 - 1e-6, 1.0][rng.random_range(0..5)];
+        let t_max: f32 = rng.random_range(0.1..10.0);
+        let ray = Ray::segment(from, (to - from) / t_max, t_max);
+        if enclosure.holds(&ray) {
+            held += 1;
+            let end: DVec3 = from.as_dvec3() + ray.direction.as_dvec3() * f64::from(t_max);
+            let inside = end.cmpge(least.as_dvec3()).all() && end.cmple(most.as_dvec3()).all();
+            assert!(inside, "{ray:?} in {enclosure:?}");
+        }
+    }
+    assert!(held > 50_000, "{held} say little");
+}
