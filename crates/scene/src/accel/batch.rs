@@ -149,6 +149,21 @@ impl HitBatch {
         })
     }
 
+    /// Takes hit number `from` of others for ray number `index` if it is nearer, or as near and of a
+    /// lower number. Both numbers are taken modulo the capacity; without a hit, `t` is the ray's end.
+    #[inline(always)]
+    pub(super) fn take_nearer(&mut self, index: usize, others: &Self, from: usize) {
+        let (t, primitive) = (others.t.get(from), others.primitive.get_word(from));
+        let (own_t, own) = (self.t.get(index), self.primitive.get_word(index));
+        if t < own_t || t == own_t && primitive < own {
+            self.t.set(index, t);
+            self.primitive.set_word(index, primitive);
+            for (own, other) in self.barycentric.iter_mut().zip(&others.barycentric) {
+                own.set(index, other.get(from));
+            }
+        }
+    }
+
     /// Sets the hit of ray number `index`, taken modulo the capacity.
     #[inline(always)]
     pub fn set(&mut self, index: usize, hit: Option<Hit>) {

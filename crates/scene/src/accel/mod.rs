@@ -18,9 +18,9 @@ mod triangle;
 mod wide;
 
 #[cfg(test)]
-mod enclosure_tests;
-#[cfg(test)]
 mod quad_tests;
+#[cfg(test)]
+mod room_tests;
 #[cfg(test)]
 mod tests;
 

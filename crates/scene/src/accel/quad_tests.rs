@@ -31,7 +31,7 @@ fn quads(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
 }
 
 /// The nearest hit, of the lowest number.
-fn one_by_one(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<Hit> {
+pub(super) fn one_by_one(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;
     for (number, corners) in (0..).zip(triangles) {
         let t_max = best.map_or(ray.t_max, |hit| hit.t);

@@ -5,17 +5,19 @@
 //! leaf of the tree. Several rays are tested side by side, which shares work between triangles: a
 //! vertex is sheared once for all its triangles, and the triangles of a quad have a common edge and
 //! one of them is tested to the end, see [`Quad`]. Shadow rays within a room are not tested
-//! against its walls, see [`Enclosure`]. Both ways do the arithmetic of
+//! against its walls, see [`Enclosure`], and only rays that enter the box around a thing are tested
+//! against it, see [`part`]. Both ways do the arithmetic of
 //! [`intersect_triangle`](super::intersect_triangle), operation by operation, and give its bits.
 
 mod build;
 mod enclosure;
+mod part;
 mod together;
 
 use super::block::{Nearest, TriangleBlock, TriangleRay, confirmed};
 use super::{Hit, Ray};
-
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use part::Part;
 
 pub use enclosure::Enclosure;
 
@@ -31,22 +33,24 @@ const _: () = assert!(3 * MAX_TRIANGLES <= MAX_VERTICES);
 pub struct Flat {
     /// In the given order; a single ray is tested against these.
     blocks: Vec<TriangleBlock>,
-    /// Which triangles of each block are among [`apart`](Self::apart).
-    apart_bits: Vec<u32>,
-    /// Distinct corners. The fourth coordinate is meaningless.
+    /// Which triangles of each block are walls.
+    wall_bits: Vec<u32>,
+    /// Distinct corners of what is in no part. The fourth coordinate is meaningless.
     vertices: Vec<[f32; 4]>,
     /// So many of them are corners of [`needles`](Self::needles) and [`inner`](Self::inner).
     inner_vertices: usize,
-    /// All triangles, in the order given.
+    /// All triangles but those of parts, in the order given.
     quads: Vec<Quad>,
     /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
     reach: f32,
     /// Those of the triangles whose hits need that, one by one.
     needles: Vec<Quad>,
     /// Of the others those that no segment in the enclosure meets, and the rest.
-    apart: Vec<Quad>,
+    walls: Vec<Quad>,
     inner: Vec<Quad>,
     enclosure: Enclosure,
+    /// Triangles against which few rays are tested. There are none where there are needles.
+    parts: Vec<Part>,
     lanes: LaneChoice,
 }
 
@@ -79,9 +83,10 @@ impl Flat {
             + size_of_val(&self.vertices[..])
             + size_of_val(&self.quads[..])
             + size_of_val(&self.needles[..])
-            + size_of_val(&self.apart[..])
+            + size_of_val(&self.walls[..])
             + size_of_val(&self.inner[..])
-            + size_of_val(&self.apart_bits[..])
+            + size_of_val(&self.wall_bits[..])
+            + self.parts.iter().map(Part::bytes).sum::<usize>()
     }
 
     /// The same on the lanes of the specification.
@@ -131,8 +136,8 @@ impl LaneKernel for AnyAlone<'_> {
         let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
         let doubtful = ray.doubtful(self.flat.reach);
         let inside = self.flat.enclosure.holds(self.ray);
-        for (block, apart) in self.flat.blocks.iter().zip(&self.flat.apart_bits) {
-            let tested = if inside { !*apart } else { u32::MAX };
+        for (block, walls) in self.flat.blocks.iter().zip(&self.flat.wall_bits) {
+            let tested = if inside { !*walls } else { u32::MAX };
             let (hit, near) = ray.hits::<L>(block, self.ray.t_max, doubtful);
             let (hit, near) = (hit & tested, near & tested);
             if hit != near || near != 0 && confirmed(*self.ray, block, near) != 0 {

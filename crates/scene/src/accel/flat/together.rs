@@ -2,6 +2,7 @@
 //!
 //! No closures and no iterator adaptors here, see [`crate::accel::block`].
 
+use super::part::{Gathered, MAX_PARTS, Part};
 use super::{AnyAlone, Flat, MAX_VERTICES, NearestAlone, Quad};
 use crate::accel::meeting::{Meeting, one_sign};
 use crate::accel::{HitBatch, RayBatch};
@@ -19,11 +20,20 @@ fn row<L: AnyLanes>(rows: &[u32], index: usize) -> L {
     L::read(&rows[index * L::COUNT..(index + 1) * L::COUNT])
 }
 
+/// What is kept between batches.
+pub struct Scratch {
+    view: View,
+    gathered: Gathered,
+}
+
 thread_local! {
     /// One for each thread, because clearing it for every batch takes a tenth of a render of the
     /// Cornell box. Everything that is read has been written for the current rays.
-    static VIEW: RefCell<View> = const {
-        RefCell::new(View([0; 3 * MAX_VERTICES * MOST_LANES]))
+    static SCRATCH: RefCell<Scratch> = const {
+        RefCell::new(Scratch {
+            view: View([0; 3 * MAX_VERTICES * MOST_LANES]),
+            gathered: Gathered::NONE,
+        })
     };
 }
 
@@ -167,6 +177,15 @@ impl<L: AnyLanes> Found<L> {
         ];
         self.primitive = primitive.select(met.hit, self.primitive);
     }
+
+    #[inline(always)]
+    fn write(&self, hits: &mut HitBatch, place: usize) {
+        let [a, b] = self.weights;
+        hits.t.write(place, self.t);
+        hits.primitive.write(place, self.primitive);
+        hits.barycentric[0].write(place, b);
+        hits.barycentric[1].write(place, (L::splat(1.0) - a - b).max(L::splat(0.0)));
+    }
 }
 
 /// Where the areas of each triangle of a quad have one sign; zero has both. The last of the second
@@ -197,9 +216,9 @@ impl Flat {
     /// The nearest hit of each of the first `count` rays.
     #[inline]
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        VIEW.with_borrow_mut(|view| {
+        SCRATCH.with_borrow_mut(|scratch| {
             self.lanes.run(NearestTogether {
-                view,
+                scratch,
                 flat: self,
                 rays,
                 count,
@@ -211,9 +230,9 @@ impl Flat {
     /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
     #[inline]
     pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
-        VIEW.with_borrow_mut(|view| {
+        SCRATCH.with_borrow_mut(|scratch| {
             self.lanes.run(AnyTogether {
-                view,
+                scratch,
                 flat: self,
                 rays,
                 count,
@@ -223,7 +242,7 @@ impl Flat {
 }
 
 struct NearestTogether<'a> {
-    view: &'a mut View,
+    scratch: &'a mut Scratch,
     flat: &'a Flat,
     rays: &'a RayBatch,
     count: usize,
@@ -240,44 +259,83 @@ impl LaneKernel for NearestTogether<'_> {
     }
 }
 
+/// The nearest hits of some rays with quads before those of lower numbers.
+#[inline(always)]
+fn nearest<M: AnyLanes>(view: &View, quads: &[Quad], inverse_z: M, t_max: M) -> Found<M> {
+    let mut found = Found {
+        t: t_max,
+        weights: [M::splat(0.0); 2],
+        primitive: M::splat(f32::from_bits(HitBatch::NOTHING)),
+    };
+    for quad in quads {
+        let seen = view.see::<M>(quad);
+        let number = M::splat(f32::from_bits(quad.number));
+        let next = M::splat(f32::from_bits(quad.number + 1));
+        let second = seen.second_alone();
+        let met = seen.meet(second, inverse_z, found.t);
+        found.take(&met, next.select(second, number));
+        if seen.both().bits() != 0 {
+            let met = seen.meet_second(inverse_z, found.t);
+            found.take(&met, next);
+        }
+    }
+    found
+}
+
+/// Which rays meet any of the quads.
+#[inline(always)]
+fn any<M: AnyLanes>(view: &View, quads: &[Quad], inverse_z: M, t_max: M) -> M::Mask {
+    let mut any = M::Mask::from_bits(0);
+    for quad in quads {
+        any = any | view.see::<M>(quad).meets(inverse_z, t_max);
+    }
+    any
+}
+
+/// Which rays from `place` on enter which parts before `t_max`.
+#[inline(always)]
+fn enter<M: AnyLanes>(
+    entered: &mut [u64; MAX_PARTS],
+    parts: &[Part],
+    rays: &RayBatch,
+    place: usize,
+    t_max: M,
+    wanted: u32,
+) {
+    if parts.is_empty() {
+        return;
+    }
+    let [origin, direction] = rays.read::<M>(place);
+    let one = M::splat(1.0);
+    let inverse = Vec3Lanes::new(one / direction.x, one / direction.y, one / direction.z);
+    for (part, entered) in parts.iter().zip(entered) {
+        let mask = part.is_entered(origin, inverse, t_max).bits() & wanted;
+        *entered |= u64::from(mask) << place;
+    }
+}
+
 impl NearestTogether<'_> {
     /// On lanes `M`; single rays on lanes `L`.
     #[inline(always)]
     fn run_long<L: Lanes, M: AnyLanes>(self) {
         let Self {
-            view,
+            scratch: Scratch { view, gathered },
             flat,
             rays,
             count,
             hits,
         } = self;
+        let count = count.min(RayBatch::CAPACITY);
+        let mut entered = [0; MAX_PARTS];
         let mut place = 0;
-        while place < count.min(RayBatch::CAPACITY) {
+        while place < count {
             let inverse_z = view.look::<M>(&flat.vertices, rays, place);
-            let mut found = Found {
-                t: rays.t_max.read::<M>(place),
-                weights: [M::splat(0.0); 2],
-                primitive: M::splat(f32::from_bits(HitBatch::NOTHING)),
-            };
-            for quad in &flat.quads {
-                let seen = view.see::<M>(quad);
-                let number = M::splat(f32::from_bits(quad.number));
-                let next = M::splat(f32::from_bits(quad.number + 1));
-                let second = seen.second_alone();
-                let met = seen.meet(second, inverse_z, found.t);
-                found.take(&met, next.select(second, number));
-                if seen.both().bits() != 0 {
-                    let met = seen.meet_second(inverse_z, found.t);
-                    found.take(&met, next);
-                }
-            }
-            let (t, [a, b]) = (found.t, found.weights);
-            hits.t.write(place, t);
-            hits.primitive.write(place, found.primitive);
-            hits.barycentric[0].write(place, b);
-            hits.barycentric[1].write(place, (M::splat(1.0) - a - b).max(M::splat(0.0)));
+            let found = nearest(view, &flat.quads, inverse_z, rays.t_max.read::<M>(place));
+            found.write(hits, place);
+            let wanted = first_bits(count - place);
+            enter(&mut entered, &flat.parts, rays, place, found.t, wanted);
             if !flat.needles.is_empty() {
-                let mut near = t.less(inverse_z.abs() * M::splat(flat.reach)).bits();
+                let mut near = found.t.less(inverse_z.abs() * M::splat(flat.reach)).bits();
                 while near != 0 {
                     let index = place + near.trailing_zeros() as usize;
                     if hits.get(index).is_some() {
@@ -288,6 +346,25 @@ impl NearestTogether<'_> {
                 }
             }
             place += M::COUNT;
+        }
+        for (part, entered) in flat.parts.iter().zip(entered) {
+            gathered.take::<L>(rays, entered);
+            let mut rest = entered;
+            let mut place = 0;
+            while place < gathered.count {
+                let inverse_z = view.look::<M>(&part.vertices, &gathered.rays, place);
+                let t_max = gathered.rays.t_max.read::<M>(place);
+                let found = nearest(view, &part.quads, inverse_z, t_max);
+                found.write(&mut gathered.hits, place);
+                place += M::COUNT;
+            }
+            let mut index = 0;
+            while rest != 0 {
+                let place = rest.trailing_zeros() as usize;
+                hits.take_nearer(place, &gathered.hits, index);
+                rest &= rest - 1;
+                index += 1;
+            }
         }
     }
 }
@@ -303,7 +380,7 @@ fn first_bits(count: usize) -> u32 {
 }
 
 struct AnyTogether<'a> {
-    view: &'a mut View,
+    scratch: &'a mut Scratch,
     flat: &'a Flat,
     rays: &'a RayBatch,
     count: usize,
@@ -324,56 +401,66 @@ impl AnyTogether<'_> {
     #[inline(always)]
     fn run_long<L: Lanes, M: AnyLanes>(self) -> u64 {
         let Self {
-            view,
+            scratch: Scratch { view, gathered },
             flat,
             rays,
             count,
         } = self;
         let count = count.min(RayBatch::CAPACITY);
         let inner = &flat.vertices[..flat.inner_vertices.min(flat.vertices.len())];
+        let mut entered = [0; MAX_PARTS];
         let mut occluded = 0;
         let mut place = 0;
         while place < count {
+            let wanted = first_bits(count - place);
             let leaving = !flat.enclosure.holds_lanes::<M>(rays, place);
-            // Lanes behind the last ray do not count.
-            let leaves = !flat.apart.is_empty() && leaving.bits() & first_bits(count - place) != 0;
+            let leaves = !flat.walls.is_empty() && leaving.bits() & wanted != 0;
             let vertices = if leaves { &flat.vertices[..] } else { inner };
             let inverse_z = view.look::<M>(vertices, rays, place);
             let t_max = rays.t_max.read::<M>(place);
-            let mut any = M::Mask::from_bits(0);
+            let mut met = any(view, &flat.inner, inverse_z, t_max);
             if leaves {
-                for quad in &flat.apart {
-                    any = any | view.see::<M>(quad).meets(inverse_z, t_max);
-                }
-                any = any & leaving;
+                met = met | any(view, &flat.walls, inverse_z, t_max) & leaving;
             }
-            for quad in &flat.inner {
-                any = any | view.see::<M>(quad).meets(inverse_z, t_max);
-            }
-            let mut any = any.bits();
+            let mut met = met.bits();
             if !flat.needles.is_empty() {
                 let near = inverse_z.abs() * M::splat(flat.reach);
                 let (mut all, mut doubtful) = (0, 0);
                 for quad in &flat.needles {
-                    let met = view.see::<M>(quad).meet(M::Mask::from_bits(0), inverse_z, t_max);
-                    all |= met.hit.bits();
-                    doubtful |= (met.hit & met.t.less(near)).bits();
+                    let hit = view.see::<M>(quad).meet(M::Mask::from_bits(0), inverse_z, t_max);
+                    all |= hit.hit.bits();
+                    doubtful |= (hit.hit & hit.t.less(near)).bits();
                 }
-                any |= all & !doubtful;
-                doubtful &= !any;
+                met |= all & !doubtful;
+                doubtful &= !met;
                 while doubtful != 0 {
                     let lane = doubtful.trailing_zeros();
                     let ray = &rays.get(place + lane as usize);
-                    any |= u32::from(AnyAlone { flat, ray }.run::<L>()) << lane;
+                    met |= u32::from(AnyAlone { flat, ray }.run::<L>()) << lane;
                     doubtful &= doubtful - 1;
                 }
             }
-            occluded |= u64::from(any) << place;
+            enter(&mut entered, &flat.parts, rays, place, t_max, wanted & !met);
+            occluded |= u64::from(met & wanted) << place;
             place += M::COUNT;
         }
-        // Rays that were not requested.
-        if count < RayBatch::CAPACITY {
-            occluded &= (1 << count) - 1;
+        for (part, entered) in flat.parts.iter().zip(entered) {
+            // Those that meet another part already.
+            let mut rest = entered & !occluded;
+            gathered.take::<L>(rays, rest);
+            let mut place = 0;
+            let mut met = 0u64;
+            while place < gathered.count {
+                let inverse_z = view.look::<M>(&part.vertices, &gathered.rays, place);
+                let t_max = gathered.rays.t_max.read::<M>(place);
+                met |= u64::from(any(view, &part.quads, inverse_z, t_max).bits()) << place;
+                place += M::COUNT;
+            }
+            while rest != 0 {
+                occluded |= (met & 1) << rest.trailing_zeros();
+                met >>= 1;
+                rest &= rest - 1;
+            }
         }
         occluded
     }

@@ -13,6 +13,7 @@ mod packet_tests;
 
 pub use build::build;
 pub use instances::{Instances, Placed};
+pub use traverse::FAR_WIDENING;
 
 use super::block::TriangleBlock;
 use super::sphere::Sphere;
