@@ -121,7 +121,8 @@ fn rays_in_a_room_are_tested_against_what_they_can_meet() {
         let array = best.clone().on_array_lanes();
         let mut rays = Vec::new();
         while rays.len() < RayBatch::CAPACITY {
-            let (from, to) = (place(&mut rng), place(&mut rng));
+            // On a wall a ray may meet the wall, by rounding.
+            let (from, to) = (0.9999 * place(&mut rng), place(&mut rng));
             let t_max = [1.0, 0.5, 2.0, f32::INFINITY][rng.random_range(0..4)];
             let ray = Ray::segment(from, to - from, t_max);
             // Batches of every third turn stay in the room altogether.
@@ -140,17 +141,7 @@ fn rays_in_a_room_are_tested_against_what_they_can_meet() {
                 stay[usize::from(enclosure.holds(ray))] += 1;
                 let expected = one_by_one(&triangles, ray);
                 assert_eq!(found.get(index), expected, "{ray:?} {triangles:?}");
-                // By rounding, a segment may meet that on which it starts, or not.
-                let beyond = |start: f32| {
-                    let meets = |triangle| {
-                        intersect_triangle(ray, triangle, 0, ray.t_max).is_some_and(|hit| hit.t > start)
-                    };
-                    triangles.iter().any(meets)
-                };
-                let expected = beyond(1e-6);
-                if expected != beyond(0.0) {
-                    continue;
-                }
+                let expected = expected.is_some();
                 assert_eq!(occluded >> index & 1 == 1, expected, "{ray:?} {triangles:?}");
                 assert_eq!(flat.occluded(ray), expected, "{ray:?} alone");
             }
