@@ -113,12 +113,13 @@ fn place(rng: &mut impl Rng) -> Vec3 {
 #[test]
 fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
-    let mut stay = [0; 2];
+    let (mut stay, mut parts) = ([0; 2], 0);
     for turn in 0..200 {
         let triangles = room(&mut rng);
         let enclosure = enclosure_of(&triangles);
         let best = Flat::build(&triangles).unwrap();
         let array = best.clone().on_array_lanes();
+        parts += u32::from(best.has_parts());
         let mut rays = Vec::new();
         while rays.len() < RayBatch::CAPACITY {
             // On a wall a ray may meet the wall, by rounding.
@@ -148,6 +149,7 @@ fn rays_in_a_room_are_tested_against_what_they_can_meet() {
         }
     }
     assert!(stay.iter().all(|count| *count > 3_000), "{stay:?} say little");
+    assert!(parts > 50, "{parts} rooms with a box say little");
 }
 
 /// Planted fault: no slack.

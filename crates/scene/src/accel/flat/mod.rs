@@ -89,6 +89,12 @@ impl Flat {
             + self.parts.iter().map(Part::bytes).sum::<usize>()
     }
 
+    /// Whether there are things in boxes.
+    #[cfg(test)]
+    pub fn has_parts(&self) -> bool {
+        !self.parts.is_empty()
+    }
+
     /// The same on the lanes of the specification.
     #[cfg(test)]
     pub fn on_array_lanes(mut self) -> Self {
