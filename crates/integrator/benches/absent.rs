@@ -165,7 +165,7 @@ fn build(without: Option<&str>) -> Result<PathBuf, Box<dyn Error>> {
             "--package",
             env!("CARGO_PKG_NAME"),
         ])
-        .args(["--example", "count_samples"])
+        .args(["--features", "studies", "--example", "count_samples"])
         .current_dir(env!("CARGO_MANIFEST_DIR"));
     if let Some(feature) = without {
         // Around the compiler for this workspace's crates alone, so that those of others are built

@@ -2,7 +2,7 @@
 //! sample, length of paths, and what is left of both at equal processor time.
 //!
 //! ```text
-//! cargo run --release -p lightshed-integrator --example cache_table -- \
+//! cargo run --release -p lightshed-integrator --features studies --example cache_table -- \
 //!     SCENE [SIDE[:EVERY]] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE[+GUIDE][~CELLS][%LEVELS][^FACETS]]…
 //! ```
 //!

@@ -5,7 +5,7 @@
 //! light of the lighthouse turns by 9 or 36 degrees.
 //!
 //! ```sh
-//! cargo run --release -p lightshed-integrator --example guide_motion -- [runs]
+//! cargo run --release -p lightshed-integrator --features studies --example guide_motion -- [runs]
 //! ```
 
 use lightshed_integrator::film::{PixelEstimator, SampleId};

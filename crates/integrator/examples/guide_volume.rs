@@ -3,7 +3,7 @@
 //! of different seeds, so no reference is needed.
 //!
 //! ```sh
-//! cargo run --release -p lightshed-integrator --example guide_volume -- \
+//! cargo run --release -p lightshed-integrator --features studies --example guide_volume -- \
 //!     [scene|fog|shaft|beacon] [cdq|vmf|…] [frames] [seeds] [setting=value]…
 //! ```
 

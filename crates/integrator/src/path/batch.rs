@@ -1,7 +1,6 @@
 //! Paths in batches.
 
 use super::connect::connect;
-use super::further_emitters::further_emitters;
 use super::guide::DirectionGuide;
 use super::paths::{Paths, Shadows};
 use super::purpose::Purpose;
@@ -61,9 +60,7 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
         );
         purpose.count(arrived, shadows.count);
         connect(scene, &mut shadows, depth + 1, purpose);
-        if transport.samples_at(depth) > 1 {
-            further_emitters(transport, depth, (&*paths, arrived), &hits, purpose);
-        }
+        purpose.sample_further(transport, depth, (&*paths, arrived), &hits);
         depth += 1;
         std::mem::swap(&mut paths, &mut next);
     }

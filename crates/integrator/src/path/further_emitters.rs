@@ -48,7 +48,7 @@ struct Further<'a, 's, S: EmitterSampler, G, P> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Further<'_, '_, S, G, P> {
-    const HOT: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS;
+    const HOT: bool = true;
     type Output = ();
 
     #[inline(always)]
@@ -71,7 +71,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Further<'_, '_, S, G, P> 
             let is_missed = self.hits.primitive.get_word(place + lane) == HitBatch::NOTHING;
             others &= !(u32::from(is_missed) << lane);
         }
-        if L::IN_REGISTERS && !G::IS_ACTIVE {
+        if L::IN_REGISTERS {
             let scene = self.transport.scene;
             let mut point = scene.diffuse_lanes::<L>(self.hits, place, others);
             if self.transport.sampler.uses_gloss() {

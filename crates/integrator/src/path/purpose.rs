@@ -1,6 +1,7 @@
 //! What paths are traced for.
 
 use super::ending::{EndingVertex, NoEnding, PathEnding};
+use super::further_emitters::further_emitters;
 use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
@@ -82,6 +83,19 @@ pub(crate) trait Purpose {
     /// Numbers of rays that continued paths, and of rays to emitters.
     #[inline(always)]
     fn count(&mut self, _path: usize, _emitter: usize) {}
+
+    /// The rays of `paths` (and their number), their edges number `depth`, have hit `hits`, and
+    /// emitters have been sampled there once: the other samples of
+    /// [`samples_at`](Transport::samples_at), if there may be any.
+    #[inline(always)]
+    fn sample_further<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        _transport: &Transport<'_, S, G>,
+        _depth: u32,
+        _paths: (&Paths<S::Site>, usize),
+        _hits: &HitBatch,
+    ) {
+    }
 }
 
 /// A vertex for who ends paths, of a surface with this position and unit geometric normal. It names
@@ -295,5 +309,20 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     #[inline(always)]
     fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
         self.add(place, length, true, None, radiance);
+    }
+
+    #[inline(always)]
+    fn sample_further<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        depth: u32,
+        paths: (&Paths<S::Site>, usize),
+        hits: &HitBatch,
+    ) {
+        // Guided, observed and ended paths sample once.
+        let may_be = const { !G::IS_ACTIVE && !Self::OBSERVES && !Self::ENDS };
+        if may_be && transport.samples_at(depth) > 1 {
+            further_emitters(transport, depth, paths, hits, self);
+        }
     }
 }

@@ -534,7 +534,7 @@ fn guides_of_media_are_unbiased() {
         ("fog", fog_before_a_lamp()),
     ] {
         let scene = sized(description);
-        let plain = mean(&VolumePathTracer::new(&scene, scene.emitters_by_power()), 2000, 1);
+        let plain = mean(&VolumePathTracer::new(&scene, scene.emitters_by_power()), 1000, 1);
         let flights = Some(FlightGuiding::default());
         for (kind, tracking, flights, share) in [
             (GuideKind::Vmf, VolumeTracking::Delta, None, 0.6),
@@ -557,7 +557,7 @@ fn guides_of_media_are_unbiased() {
                 };
                 (options.field.max_share, options.field.min_share) = (share, 0.0);
                 let mut ensemble = MeanTest::new();
-                for seed in 0..24 {
+                for seed in 0..16 {
                     ensemble.push(image_mean(&mut guided(&scene, options), 12, 100 + seed));
                 }
                 println!("{name}, {kind:?}, {tracking:?}, {flights:?}, {share}, {fault:?}:");

@@ -144,7 +144,7 @@ fn prefixes() -> RestirSuffixOptions {
 #[test]
 fn guided_paths_that_pixels_share_agree_with_path_tracing() {
     for (name, scene) in scenes() {
-        let truth = truth(&scene, 75);
+        let truth = truth(&scene, 50);
         for kind in [GuideKind::Quadtree, GuideKind::Vmf] {
             let stage = Stage::new(&scene);
             let make = || {
@@ -153,7 +153,7 @@ fn guided_paths_that_pixels_share_agree_with_path_tracing() {
                 let method = RestirPt::new(worlds.first(), paths(), CameraMotion::STILL).unwrap();
                 method.with_guiding(guiding)
             };
-            let agreement = Ensemble::of_chains(make, 1..6, 70, 1).compare(&truth);
+            let agreement = Ensemble::of_chains(make, 1..6, 40, 1).compare(&truth);
             println!("{name}, {kind:?}: {agreement:?}");
             agreement.verdict().unwrap();
         }
@@ -165,7 +165,7 @@ fn guided_paths_that_pixels_share_agree_with_path_tracing() {
 #[test]
 fn guides_that_learn_from_reservoirs_agree_with_path_tracing() {
     for (name, scene) in scenes() {
-        let truth = truth(&scene, 75);
+        let truth = truth(&scene, 50);
         let sources = [
             (GuideKind::Quadtree, GuideSource::Both),
             (GuideKind::Vmf, GuideSource::Reservoirs),
@@ -179,7 +179,7 @@ fn guides_that_learn_from_reservoirs_agree_with_path_tracing() {
                 let method = RestirPt::new(worlds.first(), paths(), CameraMotion::STILL).unwrap();
                 method.with_guiding_from(guiding, source)
             };
-            let agreement = Ensemble::of_chains(make, 1..6, 70, 1).compare(&truth);
+            let agreement = Ensemble::of_chains(make, 1..6, 40, 1).compare(&truth);
             println!("{name}, {kind:?} from {source:?}: {agreement:?}");
             agreement.verdict().unwrap();
         }
@@ -189,7 +189,7 @@ fn guides_that_learn_from_reservoirs_agree_with_path_tracing() {
 #[test]
 fn guided_prefixes_agree_with_path_tracing() {
     for (name, scene) in scenes() {
-        let truth = truth(&scene, 75);
+        let truth = truth(&scene, 50);
         let stage = Stage::new(&scene);
         let make = || {
             let worlds = worlds(&stage);
@@ -197,7 +197,7 @@ fn guided_prefixes_agree_with_path_tracing() {
             let method = RestirSuffix::new(worlds.first(), prefixes(), CameraMotion::STILL).unwrap();
             method.with_guiding(guiding)
         };
-        let agreement = Ensemble::of_chains(make, 1..6, 60, 1).compare(&truth);
+        let agreement = Ensemble::of_chains(make, 1..6, 40, 1).compare(&truth);
         println!("{name}: {agreement:?}");
         agreement.verdict().unwrap();
     }
@@ -209,7 +209,7 @@ fn densities_without_the_guide_are_found() {
     let mut glossy = cornell_without_light(builtin::cornell_glossy(), 24);
     glossy.settings.max_depth = Some(4);
     let scene = Scene::new(&glossy).unwrap();
-    let truth = truth(&scene, 150);
+    let truth = truth(&scene, 100);
     let far = RestirPtOptions {
         rounds: 3,
         neighbourhood: Neighbourhood::Disk {
@@ -227,7 +227,8 @@ fn densities_without_the_guide_are_found() {
             let method = RestirPt::new(worlds.first(), far, CameraMotion::STILL).unwrap();
             method.with_guiding(guiding).with_shift(faulty(worlds, fault))
         };
-        let agreement = Ensemble::of_chains(make, 5..8, 120, 1).compare(&truth);
+        let chains = if fault.is_some() { 40 } else { 100 };
+        let agreement = Ensemble::of_chains(make, 5..8, chains, 1).compare(&truth);
         println!("{fault:?}: {agreement:?}");
         // Wrong weights of a frame multiply those of the next: then the mean is thousands of times
         // as bright, and its standard error as wide.

@@ -70,21 +70,21 @@ fn frames_agree_with_path_tracing_through_media() {
     ending.settings.roulette_depth = 1;
     ending.media[0].albedo = Rgb::new(0.9, 0.6, 0.7);
     let cases = [
-        ("cloud", cloud(0.0, 8), 150),
-        ("cloud, forward", cloud(0.8, 4), 150),
-        ("cloud, two edges", cloud(0.3, 2), 150),
-        ("cloud, roulette", ending, 150),
-        ("lamps", lamps(), 150),
-        ("smoke", smoke(0.6, 5), 150),
-        ("grey fire", fire(4), 150),
-        ("fire", small(builtin::fire(), 16, 0.8, 4), 100),
+        ("cloud", cloud(0.0, 8), 100),
+        ("cloud, forward", cloud(0.8, 4), 100),
+        ("cloud, two edges", cloud(0.3, 2), 100),
+        ("cloud, roulette", ending, 100),
+        ("lamps", lamps(), 100),
+        ("smoke", smoke(0.6, 5), 100),
+        ("grey fire", fire(4), 100),
+        ("fire", small(builtin::fire(), 16, 0.8, 4), 70),
     ];
     for (name, description, count) in cases {
         let scene = Scene::new(&description).unwrap();
         let truth = |depth| {
             let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power())
                 .with_depths(Some(depth), scene.settings().roulette_depth);
-            Ensemble::of_estimator(&tracer, [16, 16], 16, 60)
+            Ensemble::of_estimator(&tracer, [16, 16], 16, 40)
         };
         let depth = scene.settings().max_depth.unwrap();
         let plain = || VolumePathReuse::new(&scene, scene.emitters_by_power());
@@ -113,7 +113,7 @@ fn frames_agree_with_emitters_by_a_tree() {
     let tree = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
     let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power());
     let frames = Ensemble::of_chains(|| VolumePathReuse::new(&scene, &tree), 0..4, 150, 9);
-    let agreement = frames.compare(&Ensemble::of_estimator(&tracer, [16, 16], 16, 60));
+    let agreement = frames.compare(&Ensemble::of_estimator(&tracer, [16, 16], 16, 40));
     println!("{agreement:?}");
     agreement.verdict().unwrap();
 }
