@@ -557,7 +557,7 @@ fn guides_of_media_are_unbiased() {
                 };
                 (options.field.max_share, options.field.min_share) = (share, 0.0);
                 let mut ensemble = MeanTest::new();
-                for seed in 0..16 {
+                for seed in 0..20 {
                     ensemble.push(image_mean(&mut guided(&scene, options), 12, 100 + seed));
                 }
                 println!("{name}, {kind:?}, {tracking:?}, {flights:?}, {share}, {fault:?}:");

@@ -105,11 +105,10 @@ fn place(rng: &mut impl Rng) -> Vec3 {
     point
 }
 
-/// Planted faults: the origin of a segment is not asked for, the end is not asked for, one face has no triangles
-/// that count, all segments of a register count as staying if one of them does, and rays behind the
-/// last one count. Of cuboids: at equal distances that of a part counts, or never counts; the
-/// distance at which a ray enters the box of a part is not compared with the end; answers go to the
-/// rays before.
+/// Planted faults: the origin of a segment is not asked for, the end is not asked for, a triangle
+/// with one corner in a face counts as a wall, walls never count, and rays behind the last one
+/// count. Of cuboids: at equal distances that of a part counts, or never counts; answers go to the
+/// rays before; two of a box's faces are one.
 #[test]
 fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
