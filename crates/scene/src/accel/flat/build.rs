@@ -2,7 +2,7 @@
 
 use super::enclosure::Enclosure;
 use super::part::{MAX_PARTS, MIN_TRIANGLES, Part};
-use super::{Flat, MAX_TRIANGLES, Quad};
+use super::{Flat, MAX_TRIANGLES, MAX_WEIGHT, Quad};
 use crate::accel::block::TriangleBlock;
 use crate::accel::triangle::{doubtful_reach, is_needle};
 use glam::Vec3;
@@ -18,6 +18,10 @@ impl Flat {
         let (least, most) = bounds(triangles);
         let enclosure = Enclosure::of(triangles, [least, most]);
         let parts = parts(triangles);
+        let in_parts: usize = parts.iter().map(Vec::len).sum();
+        if 2 * triangles.len() - in_parts > 2 * MAX_WEIGHT {
+            return None;
+        }
         let kinds: Vec<Kind> = triangles
             .iter()
             .enumerate()

@@ -21,8 +21,11 @@ use part::Part;
 
 pub use enclosure::Enclosure;
 
-/// Most triangles for which this is faster than the tree, see `docs/performance-rays.md`.
-const MAX_TRIANGLES: usize = 40;
+/// Most triangles for which this is faster than the tree, those of parts counted as half, see
+/// `docs/performance-rays.md`.
+const MAX_WEIGHT: usize = 40;
+/// Most triangles: all of them may be in parts.
+const MAX_TRIANGLES: usize = 2 * MAX_WEIGHT;
 /// Room for sheared vertices: for all numbers of a byte, so that no number has to be checked.
 const MAX_VERTICES: usize = 256;
 
