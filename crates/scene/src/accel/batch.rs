@@ -149,8 +149,8 @@ impl HitBatch {
         })
     }
 
-    /// Takes hit number `from` of others for ray number `index` if it is nearer, or as near and of a
-    /// lower number. Both numbers are taken modulo the capacity; without a hit, `t` is the ray's end.
+    /// Takes hit number `from` of others for ray number `index` if it is nearer, or as near and of
+    /// a lower number. Both are taken modulo the capacity; without a hit, `t` is the ray's end.
     #[inline(always)]
     pub(super) fn take_nearer(&mut self, index: usize, others: &Self, from: usize) {
         let (t, primitive) = (others.t.get(from), others.primitive.get_word(from));

@@ -9,6 +9,22 @@ use glam::{DVec3, Quat};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// Triangles of a box, of corners whose numbers have a bit for each coordinate.
+const BOX: [[usize; 3]; 12] = [
+    [0, 1, 3],
+    [0, 3, 2],
+    [4, 6, 7],
+    [4, 7, 5],
+    [0, 4, 5],
+    [0, 5, 1],
+    [2, 3, 7],
+    [2, 7, 6],
+    [0, 2, 6],
+    [0, 6, 4],
+    [1, 5, 7],
+    [1, 7, 3],
+];
+
 /// A cuboid within the room: turned, or on a wall, with which it then shares a plane.
 fn cuboid(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
     let half = Vec3::from_array([(); 3].map(|_| rng.random_range(0.1..0.3)));
@@ -32,17 +48,7 @@ fn cuboid(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
             corner
         })
         .collect();
-    let faces = [
-        [0, 1, 3, 2],
-        [4, 6, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 5, 7, 3],
-    ];
-    faces
-        .into_iter()
-        .flat_map(|[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]])
+    BOX.into_iter()
         .map(|triangle| triangle.map(|corner| corners[corner]))
         .collect()
 }
@@ -106,8 +112,7 @@ fn place(rng: &mut impl Rng) -> Vec3 {
 
 /// Planted faults: the origin of a segment is not asked for, the end is not asked for, a triangle
 /// with one corner in a face counts as a wall, walls never count, and rays behind the last one
-/// count. Of cuboids: at equal distances that of a part counts, or never counts; answers go to the
-/// rays before; two of a box's faces are one.
+/// count. Of cuboids: answers go to the rays before; two of a box's faces are one.
 #[test]
 fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
@@ -151,6 +156,38 @@ fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     }
     assert!(stay.iter().all(|count| *count > 3_000), "{stay:?} say little");
     assert!(parts > 50, "{parts} rooms with a box say little");
+}
+
+/// Planted faults: at equal distances the triangle of a part counts, or never counts.
+#[test]
+fn of_a_box_and_the_floor_below_it_the_first_is_hit() {
+    let floor = [
+        [[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0]],
+        [[-4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]],
+    ]
+    .map(|triangle| triangle.map(|[x, z]| Vec3::new(x, 0.0, z)));
+    let corner = |bits: usize| Vec3::new((bits & 1) as f32, (bits >> 1 & 1) as f32, (bits >> 2) as f32);
+    let on_it = BOX.map(|triangle| triangle.map(corner));
+    // From below, at places and along a coordinate that give exact distances.
+    let rays: Vec<Ray> = (1..8)
+        .map(|eighths| Ray::new(Vec3::new(0.125 * eighths as f32, -2.0, 0.25), Vec3::Y))
+        .collect();
+    let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
+    batch.fill(&rays);
+    for (triangles, first) in [
+        ([&floor[..], &on_it].concat(), 0..2),
+        ([&on_it[..], &floor].concat(), 0..12),
+    ] {
+        let flat = Flat::build(&triangles).unwrap();
+        assert!(flat.has_parts());
+        flat.intersect_batch(&batch, rays.len(), &mut found);
+        for (index, ray) in rays.iter().enumerate() {
+            let hit = found.get(index).unwrap();
+            assert_eq!(Some(hit), one_by_one(&triangles, ray));
+            assert_eq!(hit.t, 2.0);
+            assert!(first.contains(&hit.primitive), "{hit:?}");
+        }
+    }
 }
 
 #[test]

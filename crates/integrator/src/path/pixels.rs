@@ -1,0 +1,200 @@
+//! Paths traced for the pixels of a camera.
+
+use super::ending::{EndingVertex, NoEnding, PathEnding};
+use super::further_emitters::further_emitters;
+use super::guide::DirectionGuide;
+use super::numbers::PathWords;
+use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
+use super::paths::Paths;
+use super::purpose::Purpose;
+use super::transport::{PathState, Transport};
+use crate::emitter_sampler::EmitterSampler;
+use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
+use lightshed_lanes::Lanes;
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{HitBatch, Ray, Rgb, SurfacePoint};
+
+/// Radiance that arrives at a camera.
+pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
+    words: PathWords,
+    radiances: [Rgb; MAX_BATCH],
+    observer: &'o O,
+    ending: &'o E,
+    /// The samples of the paths, and the ending's state of each.
+    ids: &'o [SampleId],
+    endings: [E::Path; MAX_BATCH],
+    /// Paths that are watched, as bits, and of each path a record, if any is watched.
+    watched: u64,
+    trails: Vec<Trail>,
+    /// Paths, as bits, whose radiances leave out surface emission at the end of the first edge.
+    without_visible: u64,
+    /// Where rays behind the first vertex are counted.
+    tally: Option<&'o RayTally>,
+    has_left: bool,
+}
+
+impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
+    /// For the paths of some samples.
+    #[inline(always)]
+    pub fn new(words: PathWords, observer: &'o O, ending: &'o E, ids: &'o [SampleId]) -> Self {
+        let (mut watched, mut trails) = (0, Vec::new());
+        if Self::OBSERVES {
+            for (place, id) in ids.iter().enumerate().take(MAX_BATCH) {
+                watched |= u64::from(observer.wants(*id, words.seed)) << place;
+            }
+            if watched != 0 {
+                trails = Trail::take(ids.len());
+            }
+        }
+        Self {
+            words,
+            radiances: [Rgb::ZERO; MAX_BATCH],
+            observer,
+            ending,
+            ids,
+            endings: [E::Path::default(); MAX_BATCH],
+            watched,
+            trails,
+            without_visible: 0,
+            tally: None,
+            has_left: false,
+        }
+    }
+
+    /// With rays counted, those from the camera apart.
+    #[inline(always)]
+    pub fn counted_by(mut self, tally: Option<&'o RayTally>) -> Self {
+        self.tally = tally;
+        self
+    }
+
+    /// Without surface emission at the end of the first edge of these paths, a bit each; observers
+    /// still see it.
+    #[inline(always)]
+    pub fn without_visible(mut self, paths: u64) -> Self {
+        self.without_visible = paths;
+        self
+    }
+
+    #[inline(always)]
+    fn add(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, met: Option<Vec3>, radiance: Rgb) {
+        if Self::OBSERVES && self.watches(place) {
+            self.trails[place].contribute(edges, is_sampled_emitter, met, radiance);
+        }
+        self.radiances[place % MAX_BATCH] += radiance;
+    }
+
+    /// The samples' values.
+    #[inline(always)]
+    pub fn finish(self) -> [Rgb; MAX_BATCH] {
+        if Self::OBSERVES && self.watched != 0 {
+            for (place, (trail, id)) in self.trails.iter().zip(self.ids).enumerate() {
+                if self.watches(place) {
+                    trail.tell(self.observer, *id, self.words.seed, self.radiances[place]);
+                }
+            }
+            Trail::give_back(self.trails);
+        }
+        self.radiances
+    }
+}
+
+impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
+    const OBSERVES: bool = O::IS_ACTIVE && !cfg!(lightshed_without = "observer");
+    const ENDS: bool = E::IS_ACTIVE && !cfg!(lightshed_without = "ending");
+
+    #[inline(always)]
+    fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        self.words.vertex_lanes::<L>(names, block)
+    }
+
+    #[inline(always)]
+    fn words_alone(&self, names: [u32; 2], block: u32) -> [u32; 4] {
+        self.words.vertex_block(names, block)
+    }
+
+    #[inline(always)]
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        place: usize,
+        depth: u32,
+        path: &PathState<S::Site>,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) {
+        let (scene, sampler) = (transport.scene, &transport.sampler);
+        let samples = transport.samples_at(depth.wrapping_sub(1));
+        let met = path.met_beside(scene, sampler, samples, ray, point);
+        let radiance = path.throughput * met;
+        let at = point.map(|point| point.position);
+        if depth == 1 && point.is_some() && self.without_visible >> (place % MAX_BATCH) & 1 == 1 {
+            if Self::OBSERVES && self.watches(place) {
+                self.trails[place].contribute(depth, false, at, radiance);
+            }
+            return;
+        }
+        self.add(place, depth, false, at, radiance);
+    }
+
+    #[inline(always)]
+    fn goes_on(&mut self, place: usize, vertex: &EndingVertex, _ray: &Ray) -> Option<Rgb> {
+        let place = place % MAX_BATCH;
+        let vertex = EndingVertex {
+            id: self.ids.get(place).copied().unwrap_or_default(),
+            seed: self.words.seed,
+            ..*vertex
+        };
+        let ending = self.ending.at(&mut self.endings[place], &vertex);
+        if ending.radiance != Rgb::ZERO {
+            self.add(place, vertex.depth, false, None, ending.radiance);
+        }
+        (ending.goes_on > 0.0).then(|| vertex.throughput * ending.goes_on)
+    }
+
+    #[inline(always)]
+    fn watches(&self, place: usize) -> bool {
+        self.watched >> (place % MAX_BATCH) & 1 == 1
+    }
+
+    #[inline(always)]
+    fn count(&mut self, path: usize, emitter: usize) {
+        if Self::ENDS {
+            self.ending.count(path, emitter);
+        }
+        if let Some(tally) = self.tally {
+            let kind = match self.has_left {
+                true => RayKind::Path,
+                false => RayKind::Camera,
+            };
+            self.has_left = true;
+            tally.add(kind, path);
+            tally.add(RayKind::Emitter, emitter);
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(&mut self, place: usize, vertex: PathVertex) {
+        self.trails[place].vertices.push(vertex);
+    }
+
+    #[inline(always)]
+    fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
+        self.add(place, length, true, None, radiance);
+    }
+
+    #[inline(always)]
+    fn sample_further<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        depth: u32,
+        paths: (&Paths<S::Site>, usize),
+        hits: &HitBatch,
+    ) {
+        // Guided, observed and ended paths sample once.
+        let may_be = const { !G::IS_ACTIVE && !Self::OBSERVES && !Self::ENDS };
+        if may_be && transport.samples_at(depth) > 1 {
+            further_emitters(transport, depth, paths, hits, self);
+        }
+    }
+}
