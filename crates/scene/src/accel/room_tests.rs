@@ -112,7 +112,7 @@ fn place(rng: &mut impl Rng) -> Vec3 {
 
 /// Planted faults: the origin of a segment is not asked for, the end is not asked for, a triangle
 /// with one corner in a face counts as a wall, walls never count, and rays behind the last one
-/// count. Of cuboids: answers go to the rays before; two of a box's faces are one.
+/// count. Of cuboids: answers to shadow rays go to the rays before.
 #[test]
 fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
@@ -158,7 +158,7 @@ fn rays_in_a_room_are_tested_against_what_they_can_meet() {
     assert!(parts > 50, "{parts} rooms with a box say little");
 }
 
-/// Planted faults: at equal distances the triangle of a part counts, or never counts.
+/// Planted fault: at equal distances the triangle of a part never counts.
 #[test]
 fn of_a_box_and_the_floor_below_it_the_first_is_hit() {
     let floor = [
