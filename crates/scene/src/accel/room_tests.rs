@@ -5,25 +5,15 @@ use super::flat::Enclosure;
 use super::quad_tests::one_by_one;
 use super::tests::soup;
 use super::*;
-use glam::{DVec3, Quat};
+use crate::{TriangleMesh, builtin};
+use glam::{Affine3A, DVec3, Quat};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Triangles of a box, of corners whose numbers have a bit for each coordinate.
-const BOX: [[usize; 3]; 12] = [
-    [0, 1, 3],
-    [0, 3, 2],
-    [4, 6, 7],
-    [4, 7, 5],
-    [0, 4, 5],
-    [0, 5, 1],
-    [2, 3, 7],
-    [2, 7, 6],
-    [0, 2, 6],
-    [0, 6, 4],
-    [1, 5, 7],
-    [1, 7, 3],
-];
+fn triangles_of(mesh: &TriangleMesh) -> Vec<[Vec3; 3]> {
+    let corner = |index: u32| mesh.positions[index as usize];
+    mesh.indices.iter().map(|triangle| triangle.map(corner)).collect()
+}
 
 /// A cuboid within the room: turned, or on a wall, with which it then shares a plane.
 fn cuboid(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
@@ -38,19 +28,13 @@ fn cuboid(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
             Vec3::from_array([(); 3].map(|_| rng.random_range(-0.4..0.4))),
         )
     };
-    let corners: Vec<Vec3> = (0..8)
-        .map(|bits| {
-            let sign = |bit: i32| if bits >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            let mut corner = center + turn * (half * Vec3::new(sign(0), sign(1), sign(2)));
-            if on_wall && sign(1) < 0.0 {
-                corner.y = -1.0;
-            }
-            corner
-        })
-        .collect();
-    BOX.into_iter()
-        .map(|triangle| triangle.map(|corner| corners[corner]))
-        .collect()
+    let mut mesh = builtin::cuboid(Affine3A::from_scale_rotation_translation(half, turn, center));
+    if on_wall {
+        for corner in mesh.positions.iter_mut().filter(|corner| corner.y < center.y) {
+            corner.y = -1.0;
+        }
+    }
+    triangles_of(&mesh)
 }
 
 /// A box of side 2 around the origin without one of its faces, cuboids before and behind it, and
@@ -166,8 +150,9 @@ fn of_a_box_and_the_floor_below_it_the_first_is_hit() {
         [[-4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]],
     ]
     .map(|triangle| triangle.map(|[x, z]| Vec3::new(x, 0.0, z)));
-    let corner = |bits: usize| Vec3::new((bits & 1) as f32, (bits >> 1 & 1) as f32, (bits >> 2) as f32);
-    let on_it = BOX.map(|triangle| triangle.map(corner));
+    let half = Vec3::splat(0.5);
+    let to_world = Affine3A::from_scale_rotation_translation(half, Quat::IDENTITY, half);
+    let on_it = triangles_of(&builtin::cuboid(to_world));
     // From below, at places and along a coordinate that give exact distances.
     let rays: Vec<Ray> = (1..8)
         .map(|eighths| Ray::new(Vec3::new(0.125 * eighths as f32, -2.0, 0.25), Vec3::Y))
@@ -175,8 +160,8 @@ fn of_a_box_and_the_floor_below_it_the_first_is_hit() {
     let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
     batch.fill(&rays);
     for (triangles, first) in [
-        ([&floor[..], &on_it].concat(), 0..2),
-        ([&on_it[..], &floor].concat(), 0..12),
+        ([&floor[..], &on_it[..]].concat(), 0..2),
+        ([&on_it[..], &floor[..]].concat(), 0..12),
     ] {
         let flat = Flat::build(&triangles).unwrap();
         assert!(flat.has_parts());
