@@ -435,18 +435,19 @@ impl EmitterSampler for LightSelection<'_> {
         u: [L; 2],
         wanted: u32,
     ) -> EmitterLanes<L> {
-        self.sample_eight(&LaneNumbers::new(from, u_select, u), sites, wanted)
+        let samples = self.sample_eight(&LaneNumbers::new(from, u_select, u), sites, wanted);
+        EmitterLanes::one_by_one(wanted, |lane| samples[lane % LANES])
     }
 }
 
 impl LightSelection<'_> {
     #[inline(never)]
-    fn sample_eight<L: Lanes>(
+    fn sample_eight(
         &self,
         numbers: &LaneNumbers,
         sites: &[ShadingPoint; LANES],
         wanted: u32,
-    ) -> EmitterLanes<L> {
+    ) -> [Option<EmitterSample>; LANES] {
         let (mut lanes, mut u, mut count) = ([0; LANES], [0; LANES], 0);
         for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
             (lanes[count], u[count]) = (lane, numbers.get(lane).1);
@@ -460,14 +461,12 @@ impl LightSelection<'_> {
             }
             with_sampler!(sampler, s => s.sample_each(&at[..u.len()], u, choices));
         });
-        let mut of_lane = [None; LANES];
-        for (lane, chosen) in lanes[..count].iter().zip(chosen) {
-            of_lane[*lane] = chosen;
-        }
-        EmitterLanes::one_by_one(wanted, |lane| {
+        let mut samples = [None; LANES];
+        for (&lane, chosen) in lanes[..count].iter().zip(chosen) {
             let (from, _, u) = numbers.get(lane);
-            self.direction(from, of_lane[lane]?, u)
-        })
+            samples[lane] = chosen.and_then(|chosen| self.direction(from, chosen, u));
+        }
+        samples
     }
 }
 

@@ -29,7 +29,7 @@
 
 use lightshed_lanes::{LaneWords, Lanes};
 
-use crate::linked::{ordered_point, ordered_point_lanes, reversed_point, reversed_point_lanes};
+use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
 use crate::scrambling::{permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::GROUP;
@@ -224,9 +224,12 @@ impl BlueNoiseSampler {
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
         let group = Group::new(seed, block);
-        let order = || L::Words::splat(group.sample_order);
+        let index = match has_own_matrix(block) {
+            true => sample,
+            false => reorder_lanes(sample, L::Words::splat(group.sample_order)),
+        };
         let (own, shifts) = (
-            ordered_point_lanes(block, sample, order),
+            reversed_point_lanes(block, index),
             reversed_point_lanes(0, group.rank_lanes(pixel)),
         );
         let mut point = own;

@@ -26,7 +26,7 @@ use core::convert::Infallible;
 use lightshed_lanes::{LaneWords, Lanes};
 use rand::TryRng;
 
-use crate::linked::{ordered_point, ordered_point_lanes};
+use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
 use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
 use crate::sobol_directions::GROUP;
@@ -103,8 +103,12 @@ impl SobolSampler {
             [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
             [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
         );
-        let order = || mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
-        let [a, b, c, d] = ordered_point_lanes(block, sample, order);
+        // As `ordered_point`, without a closure: it would not be compiled for the lanes.
+        let index = match has_own_matrix(block) {
+            true => sample,
+            false => reorder_lanes(sample, mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>())),
+        };
+        let [a, b, c, d] = reversed_point_lanes(block, index);
         [
             reverse_bits_lanes(permute_upwards_lanes(a, seeds[0])),
             reverse_bits_lanes(permute_upwards_lanes(b, seeds[1])),

@@ -29,7 +29,10 @@ impl<'a> Buckets<'a> {
             lists,
             units,
             head,
-            weights: grouped.then(|| Walk::new::<L>(lists.groups(head), to)),
+            weights: match grouped {
+                true => Some(Walk::new::<L>(lists.groups(head), to)),
+                false => None,
+            },
         }
     }
 

@@ -143,11 +143,10 @@ impl ReflectionLobe {
     /// at least a tenth of it.
     #[inline(always)]
     pub fn weights<L: Lanes>(&self, d: Vec3Lanes<L>, squared: L, spread: L, cosine: L) -> L {
-        let splat = |vector: Vec3| Vec3Lanes::<L>::splat(vector.to_array());
         let tiny = L::splat(TINY);
         // The chord from the middle to the peak, at the same distance.
         let distance = squared.sqrt();
-        let peak = splat(self.peak);
+        let peak = Vec3Lanes::<L>::splat(self.peak.to_array());
         let chord = Vec3Lanes::new(
             peak.x * distance - d.x,
             peak.y * distance - d.y,
@@ -157,7 +156,10 @@ impl ReflectionLobe {
         let step = (reach / chord.dot(chord).max(tiny).sqrt()).min(L::splat(1.0));
         let d = Vec3Lanes::new(d.x + chord.x * step, d.y + chord.y * step, d.z + chord.z * step);
         let squared = d.dot(d);
-        let [x, y, z] = self.rows.map(|row| splat(row).dot(d));
+        let [x, y, z] = &self.rows;
+        let x = Vec3Lanes::splat(x.to_array()).dot(d);
+        let y = Vec3Lanes::splat(y.to_array()).dot(d);
+        let z = Vec3Lanes::splat(z.to_array()).dot(d);
         let transformed = (x * x + y * y + z * z).max(tiny);
         let shrunk = squared / transformed;
         let jacobian = L::splat(self.determinant) * shrunk * shrunk.sqrt();

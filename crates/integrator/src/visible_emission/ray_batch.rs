@@ -64,11 +64,10 @@ impl LaneKernel for Numbers<'_> {
     fn run<L: Lanes>(self) -> Self::Output {
         let mut numbers = [[0.0; MAX_BATCH]; 2];
         for place in (0..self.rays.count).step_by(LANES) {
-            let [pixel, index] = [0, 1].map(|name: usize| {
-                let mut words = [0; LANES];
-                words.copy_from_slice(&self.rays.names[name][place..place + LANES]);
-                L::Words::load(&words)
-            });
+            let (mut pixel, mut index) = ([0; LANES], [0; LANES]);
+            pixel.copy_from_slice(&self.rays.names[0][place..place + LANES]);
+            index.copy_from_slice(&self.rays.names[1][place..place + LANES]);
+            let (pixel, index) = (L::Words::load(&pixel), L::Words::load(&index));
             let words = self.points.block_lanes::<L>(self.seed, pixel, index, BLOCK);
             for (row, word) in numbers.iter_mut().zip(words) {
                 row[place..place + LANES].copy_from_slice(&f32_from_u32_lanes::<L>(word).store());

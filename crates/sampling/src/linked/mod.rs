@@ -77,7 +77,7 @@ static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
 /// seed of.
 #[inline(always)]
 pub(crate) fn ordered_point(group: u32, sample: u32, order: impl FnOnce() -> u32) -> [u32; GROUP] {
-    let index = if group < LINKED as u32 {
+    let index = if has_own_matrix(group) {
         sample
     } else {
         permute_upwards(sample.reverse_bits(), order()).reverse_bits()
@@ -85,19 +85,16 @@ pub(crate) fn ordered_point(group: u32, sample: u32, order: impl FnOnce() -> u32
     reversed_point(group, index)
 }
 
-/// [`ordered_point`] of eight samples.
+/// Whether a group has a matrix of its own, so that its samples need no order.
 #[inline(always)]
-pub(crate) fn ordered_point_lanes<W: LaneWords>(
-    group: u32,
-    sample: W,
-    order: impl FnOnce() -> W,
-) -> [W; GROUP] {
-    let index = if group < LINKED as u32 {
-        sample
-    } else {
-        reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order()))
-    };
-    reversed_point_lanes(group, index)
+pub(crate) fn has_own_matrix(group: u32) -> bool {
+    group < LINKED as u32
+}
+
+/// The numbers of eight samples in the random order that `order` is the seed of.
+#[inline(always)]
+pub(crate) fn reorder_lanes<W: LaneWords>(sample: W, order: W) -> W {
+    reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
 }
 
 #[inline(always)]

@@ -303,8 +303,13 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let one = L::splat(1.0);
         let names = paths.name.each_ref().map(|name| name.load_words::<L>(place));
         let block = emitter_block(DEPTH, 0);
-        let blocks = [block, block + 1].map(|block| self.words.vertex_lanes::<L>(names, block));
-        let numbers = VertexLanes::<L>::from_blocks(blocks, 1);
+        let numbers = VertexLanes::<L>::from_blocks(
+            [
+                self.words.vertex_lanes::<L>(names, block),
+                self.words.vertex_lanes::<L>(names, block + 1),
+            ],
+            1,
+        );
         let [_, incoming] = paths.rays.load::<L>(place);
         let lanes = [together, point.glossy];
         let scattered = transport.scatter_lanes((self.hits(), place), point, lanes, incoming, &numbers);
