@@ -97,12 +97,14 @@ impl ImageBlocks {
     /// The same of eight positions, bit for bit.
     #[inline(always)]
     pub(crate) fn in_image_lanes<L: Lanes>(&self, film: [L; 2]) -> [L; 2] {
-        let side = L::splat(self.side as f32);
-        [0, 1].map(|axis| {
-            let [first, gap] = self.shift(axis);
-            let block = L::from_integers((film[axis] / side).max(L::splat(0.0)).to_integers());
-            film[axis] + (L::splat(first) + L::splat(gap) * block)
-        })
+        [self.along_lanes(0, film[0]), self.along_lanes(1, film[1])]
+    }
+
+    #[inline(always)]
+    fn along_lanes<L: Lanes>(&self, axis: usize, film: L) -> L {
+        let ([first, gap], side) = (self.shift(axis), L::splat(self.side as f32));
+        let block = L::from_integers((film / side).max(L::splat(0.0)).to_integers());
+        film + (L::splat(first) + L::splat(gap) * block)
     }
 
     /// Where a position in the image lies in the small one; of a position in no block, the end of

@@ -535,7 +535,7 @@ impl LaneKernel for Add<'_> {
         let sharing = self.sharing;
         for lit in &sharing.lit[sharing.work.clone()] {
             let (blocks, groups) = sharing.reached_by(lit);
-            let weights = weights(blocks, groups, lit);
+            let weights = weights::<L>(blocks, groups, lit);
             let light = Light::<L>::of(&self.batches[lit.batch], lit, weights);
             for (block, group) in blocks.iter().zip(groups) {
                 if block.valid != 0 {
@@ -556,7 +556,55 @@ impl LaneKernel for Add<'_> {
 /// `m_i / p_i = 1 / Σ_j p_j` for the two continuations from `x₂`, by an emitter sample there and by
 /// the sampled direction, without the density of the emitter sample, which is the same for all
 /// pixels; 0 if the tree's own pixel cannot have made it.
-fn weights(blocks: &[Block], groups: &[Group], lit: &Lit) -> [f32; 2] {
+#[inline(always)]
+fn weights<L: Lanes>(blocks: &[Block], groups: &[Group], lit: &Lit) -> [f32; 2] {
+    let (zero, huge) = (L::splat(0.0), L::splat(f32::MAX));
+    let (mut by_emitter, mut by_wi, mut least) = (zero, zero, huge);
+    let mut own = [0.0; 2];
+    let mut used = 0;
+    for (block, group) in blocks.iter().zip(groups) {
+        if block.valid == 0 {
+            continue;
+        }
+        let (rows, valid) = (&block.rows, L::Mask::from_bits(block.valid));
+        // A pixel that would not use a continuation does not make it.
+        let uses_emitter = valid & !is_black(load_rows::<L>(&rows.emitter.value));
+        let uses_wi = valid & !is_black(load_rows::<L>(&rows.wi.value));
+        let second = L::load(&rows.pdf) * L::load(&rows.geometry);
+        let (emitter, wi) = (
+            second.select(uses_emitter, zero),
+            (second * L::load(&rows.wi.pdf)).select(uses_wi, zero),
+        );
+        (by_emitter, by_wi) = (by_emitter + emitter, by_wi + wi);
+        least = least.min(second.select(valid, huge));
+        used |= uses_emitter.bits() | uses_wi.bits() << LANES;
+        if let Some(lane) = lit.own_lane(group) {
+            own = [emitter.store()[lane], wi.store()[lane]];
+        }
+    }
+    let totals = [by_emitter.store(), by_wi.store()];
+    let [by_emitter, by_wi] = [totals[0].iter().sum(), totals[1].iter().sum()];
+    let is_sound = |total: f32, is_used: bool| match is_used {
+        true => total > SMALL && total < 1.0 / SMALL,
+        false => true,
+    };
+    if least.less(L::splat(SMALL)).bits() != 0
+        || !is_sound(by_emitter, used & ((1 << LANES) - 1) != 0)
+        || !is_sound(by_wi, used >> LANES != 0)
+    {
+        return weights_of_all_sizes(blocks, groups, lit);
+    }
+    let weight = |own: f32, total: f32| if own > 0.0 { 1.0 / total } else { 0.0 };
+    [weight(own[0], by_emitter), weight(own[1], by_wi)]
+}
+
+/// Densities, and sums of them, that are no less and no more than the inverse can be summed as
+/// `f32`.
+const SMALL: f32 = 1e-25;
+
+/// [`weights`] where `f32` has no room for densities.
+#[inline(never)]
+fn weights_of_all_sizes(blocks: &[Block], groups: &[Group], lit: &Lit) -> [f32; 2] {
     let (mut totals, mut own) = ([0.0f64; 2], [0.0f64; 2]);
     for (block, group) in blocks.iter().zip(groups) {
         let (connections, own_lane) = (&block.rows, lit.own_lane(group));

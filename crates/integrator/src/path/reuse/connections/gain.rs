@@ -28,7 +28,7 @@ impl LaneKernel for Gain<'_> {
         let (zero, one, infinity) = (L::splat(0.0), L::splat(1.0), L::splat(f32::INFINITY));
         for lit in &sharing.lit[sharing.work.clone()] {
             let (blocks, groups) = sharing.reached_by(lit);
-            let weights = weights(blocks, groups, lit);
+            let weights = weights::<L>(blocks, groups, lit);
             let light = Light::<L>::of(&self.batches[lit.batch], lit, weights);
             for (block, group) in blocks.iter().zip(groups) {
                 let rows = &block.rows;
