@@ -241,7 +241,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         }),
     };
     warnings.extend(empty(&scene).map(str::to_owned));
-    let stage = Stage::new(&scene);
+    let stage = Stage::new(&scene).for_samples(arguments.samples().unwrap_or(samples));
     let mut started = match arguments.device {
         Device::Cpu => Some(arguments.method.start(&stage, moves)?),
         Device::Gpu => None,

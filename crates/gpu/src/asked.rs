@@ -200,6 +200,11 @@ impl Request {
                 "the device finds visible emission by paths: visible has to be paths",
             ));
         }
+        if values.short_paths_given() == Some(true) {
+            return Err(refused(
+                "the device takes one sample of light of two edges: short-paths has to be one",
+            ));
+        }
         let sky = if asked.finds_environments() {
             values.sky()
         } else {
@@ -301,6 +306,7 @@ mod tests {
         let of_course = [
             ("points", "independent"),
             ("visible", "paths"),
+            ("short-paths", "one"),
             ("sky", "luminance"),
             ("direct-samples", "0"),
         ];
@@ -315,6 +321,7 @@ mod tests {
         for (name, option, value) in [
             ("direct:tree", "sky", "above-mean"),
             ("path", "visible", "rays"),
+            ("path", "short-paths", "several"),
             ("path", "points", "sobol"),
         ] {
             let mut method: Method = name.parse().unwrap();

@@ -39,6 +39,7 @@ mod light_selection;
 mod light_training;
 mod mixture;
 mod path;
+mod pixel_table;
 mod ray_batch;
 mod ray_cost;
 mod registry;

@@ -24,12 +24,24 @@ pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
 /// The same for `paths` and their number, where what their current rays hit may be `known`.
 pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
+    paths: (&mut Paths<S::Site>, usize),
+    depth: u32,
+    known: Option<&HitBatch>,
+    purpose: &mut impl Purpose,
+) {
+    follow_up_to(transport, transport.max_depth, paths, depth, known, purpose);
+}
+
+/// The same for paths of at most `longest` edges.
+pub(super) fn follow_up_to<S: EmitterSampler, G: DirectionGuide>(
+    transport: &Transport<'_, S, G>,
+    longest: u32,
     (paths, mut alive): (&mut Paths<S::Site>, usize),
     mut depth: u32,
     mut known: Option<&HitBatch>,
     purpose: &mut impl Purpose,
 ) {
-    if depth > transport.max_depth {
+    if depth > longest {
         return;
     }
     let scene = transport.scene;
@@ -38,7 +50,7 @@ pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
     let mut hits = HitBatch::NONE;
     let mut shadows = Shadows::NONE;
     while alive > 0 {
-        if depth == transport.max_depth {
+        if depth == longest {
             end(transport, paths, alive, depth, purpose);
             break;
         }

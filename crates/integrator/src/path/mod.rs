@@ -17,6 +17,7 @@ pub(crate) mod reuse;
 mod scattered_lanes;
 pub(crate) mod scattering;
 mod shade;
+pub(crate) mod short;
 mod start;
 mod suffix;
 pub(crate) mod transport;
@@ -38,6 +39,7 @@ use paths::Paths;
 use pixels::Pixels;
 use purpose::{Purpose, ending_surface};
 use scattering::SurfaceVertex;
+use short::{LongPaths, SHORT, ShortPaths};
 use start::Start;
 use std::sync::Arc;
 use transport::{PathState, Shadow, Transport};
@@ -80,6 +82,8 @@ pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver, 
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<Arc<VisibleEmission>>,
+    /// The estimator of short paths where they vary, if that is not the paths.
+    short: Option<ShortPaths>,
     /// The frame that samples are part of.
     frame: Option<FrameOfPaths>,
 }
@@ -103,6 +107,7 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
             ending: NoEnding,
             points: PointSet::Independent,
             visible: None,
+            short: None,
             frame: None,
         }
     }
@@ -119,6 +124,19 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
     #[must_use]
     pub fn with_emitter_samples(mut self, count: u32) -> Self {
         self.transport.emitter_samples = count.max(1);
+        self
+    }
+
+    /// With several samples of paths of at most two edges in pixels where these vary more than
+    /// further samples cost, in place of what the path of each sample finds over so many edges.
+    /// A pilot looks for these pixels. It takes a twentieth of the work of an image of `samples`
+    /// samples in each pixel, or nothing where that is too little: with less than about 128.
+    /// Everything else must be set before; a guide, an observer or an ending that is set later
+    /// takes it away again.
+    #[must_use]
+    pub fn with_short_paths(mut self, samples: u32) -> Self {
+        let visible = self.visible.as_deref();
+        self.short = ShortPaths::new(&self.transport, visible, LongPaths::ALONE, samples);
         self
     }
 }
@@ -176,6 +194,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending: self.ending,
             points: self.points,
             visible: self.visible,
+            short: None,
             frame: self.frame,
         }
     }
@@ -189,6 +208,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending: self.ending,
             points: self.points,
             visible: self.visible,
+            short: None,
             frame: self.frame,
         }
     }
@@ -202,6 +222,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending,
             points: self.points,
             visible: self.visible,
+            short: None,
             frame: self.frame,
         }
     }
@@ -238,6 +259,62 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             if let Some(frame) = &self.frame {
                 frame.tally.add(RayKind::Camera, rays as usize);
             }
+        }
+    }
+
+    /// What the paths of at most [`MAX_BATCH`] samples find; those of the bits `short` leave out
+    /// what short paths find.
+    fn sample_batch(&self, ids: &[SampleId], short: u64, words: PathWords, values: &mut [Rgb]) {
+        let (transport, mut paths) = (&self.transport, Paths::new());
+        transport.lanes.run(Start {
+            camera: self.camera(),
+            ids,
+            words,
+            paths: &mut paths,
+        });
+        let pixels = Pixels::new(words, &self.observer, &self.ending, ids);
+        let tally = self.frame.as_ref().map(|frame| &*frame.tally);
+        let pixels = pixels.without_visible(self.taken(ids)).counted_by(tally);
+        let mut pixels = pixels.without_short(short);
+        follow(transport, &mut paths, ids.len(), 1, &mut pixels);
+        values.copy_from_slice(&pixels.finish()[..values.len()]);
+    }
+
+    /// The same for the samples of the bits `wanted`; the others find nothing.
+    fn sample_some(&self, ids: &[SampleId], wanted: u64, words: PathWords, values: &mut [Rgb]) {
+        let (mut some, mut places) = ([SampleId::default(); MAX_BATCH], [0; MAX_BATCH]);
+        let mut count = 0;
+        for (place, id) in ids
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| wanted >> place & 1 == 1)
+        {
+            (some[count], places[count]) = (*id, place);
+            count += 1;
+        }
+        let mut found = [Rgb::ZERO; MAX_BATCH];
+        self.sample_batch(&some[..count], 0, words, &mut found[..count]);
+        values.fill(Rgb::ZERO);
+        for (place, found) in places.iter().zip(&found[..count]) {
+            values[*place] = *found;
+        }
+    }
+
+    /// Samples whose paths leave out the light of short paths, as bits.
+    #[inline(always)]
+    fn short_taken(&self, ids: &[SampleId]) -> u64 {
+        self.short.as_ref().map_or(0, |short| short.taken(ids))
+    }
+
+    /// The light of short paths of samples whose paths leave it out.
+    #[inline(always)]
+    fn add_short(&self, ids: &[SampleId], words: PathWords, values: &mut [Rgb]) {
+        // Paths that are guided, observed or ended find all light themselves.
+        let may_be = const { !G::IS_ACTIVE && !O::IS_ACTIVE && !E::IS_ACTIVE };
+        if may_be && let Some(short) = &self.short {
+            let tally = self.frame.as_ref().map(|frame| &*frame.tally);
+            let visible = self.visible.as_deref();
+            short.add(&self.transport, visible, words, tally, (ids, values));
         }
     }
 
@@ -325,30 +402,25 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> Pixel
         let ray = PixelRay::through(self.camera(), corner, camera).ray;
         let ids = [SampleId { x, y, index }];
         let pixels = Pixels::new(words, &self.observer, &self.ending, &ids);
-        let mut pixels = pixels.without_visible(self.taken(&ids));
+        let pixels = pixels.without_visible(self.taken(&ids));
+        let mut pixels = pixels.without_short(self.short_taken(&ids));
         self.walk(ray, &mut words.of(pixel, index), &mut pixels);
         let mut values = pixels.finish();
         self.add_visible(&ids, words, &mut values[..1]);
+        self.add_short(&ids, words, &mut values[..1]);
         values[0]
     }
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        let transport = &self.transport;
+        let words = self.words(seed);
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
-            let mut paths = Paths::new();
-            transport.lanes.run(Start {
-                camera: self.camera(),
-                ids,
-                words: self.words(seed),
-                paths: &mut paths,
-            });
-            let words = self.words(seed);
-            let pixels = Pixels::new(words, &self.observer, &self.ending, ids);
-            let tally = self.frame.as_ref().map(|frame| &*frame.tally);
-            let mut pixels = pixels.without_visible(self.taken(ids)).counted_by(tally);
-            follow(transport, &mut paths, ids.len(), 1, &mut pixels);
-            values.copy_from_slice(&pixels.finish()[..values.len()]);
+            let short = self.short_taken(ids);
+            match short != 0 && self.transport.max_depth <= SHORT {
+                true => self.sample_some(ids, !short, words, values),
+                false => self.sample_batch(ids, short, words, values),
+            }
             self.add_visible(ids, words, values);
+            self.add_short(ids, words, values);
         }
     }
 }

@@ -7,6 +7,7 @@ use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
 use super::purpose::Purpose;
+use super::short::SHORT;
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
@@ -28,6 +29,8 @@ pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     trails: Vec<Trail>,
     /// Paths, as bits, whose radiances leave out surface emission at the end of the first edge.
     without_visible: u64,
+    /// Paths, as bits, whose radiances leave out the light of paths of at most [`SHORT`] edges.
+    without_short: u64,
     /// Where rays behind the first vertex are counted.
     tally: Option<&'o RayTally>,
     has_left: bool,
@@ -56,6 +59,7 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
             watched,
             trails,
             without_visible: 0,
+            without_short: 0,
             tally: None,
             has_left: false,
         }
@@ -74,6 +78,19 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
     pub fn without_visible(mut self, paths: u64) -> Self {
         self.without_visible = paths;
         self
+    }
+
+    /// Without the light of paths of at most [`SHORT`] edges, of these paths, a bit each.
+    #[inline(always)]
+    pub fn without_short(mut self, paths: u64) -> Self {
+        self.without_short = paths;
+        self
+    }
+
+    /// Whether light over so many edges is left out.
+    #[inline(always)]
+    fn leaves_out(&self, place: usize, edges: u32) -> bool {
+        edges <= SHORT && self.without_short >> (place % MAX_BATCH) & 1 == 1
     }
 
     #[inline(always)]
@@ -123,6 +140,9 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
         ray: &Ray,
         point: Option<&SurfacePoint>,
     ) {
+        if self.leaves_out(place, depth) {
+            return;
+        }
         let (scene, sampler) = (transport.scene, &transport.sampler);
         let samples = transport.samples_at(depth.wrapping_sub(1));
         let met = path.met_beside(scene, sampler, samples, ray, point);
@@ -180,6 +200,9 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
 
     #[inline(always)]
     fn connect(&mut self, place: usize, length: u32, radiance: Rgb) {
+        if self.leaves_out(place, length) {
+            return;
+        }
         self.add(place, length, true, None, radiance);
     }
 

@@ -47,6 +47,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::SKY,
             options::POINTS,
             options::VISIBLE,
+            options::SHORT_PATHS,
             options::GUIDE,
             options::GUIDE_BITS,
             options::GUIDE_PRODUCT,
@@ -127,6 +128,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::LIGHT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
+            options::SHORT_PATHS,
         ],
         start: direct,
     },
@@ -151,7 +153,13 @@ pub static METHODS: &[MethodEntry] = &[
         name: PATH_REUSE,
         help: "Path tracing by pixels that share their paths: bright ones by up to 256",
         capabilities: MethodCapabilities::FRAMES,
-        options: &[options::LIGHTS, options::SKY, options::POINTS, options::VISIBLE],
+        options: &[
+            options::LIGHTS,
+            options::SKY,
+            options::POINTS,
+            options::VISIBLE,
+            options::SHORT_PATHS,
+        ],
         start: |stage, values, _| Ok(Started::Frames(Box::new(path_reuse(stage, values)?))),
     },
     MethodEntry {
@@ -516,8 +524,11 @@ fn path_tracer<'b, S: EmitterSampler + 'b>(
     if let Some((longest, roulette)) = depths {
         tracer = tracer.with_depths(Some(longest), roulette);
     }
-    match values.visible_emission() {
-        true => tracer.with_visible_emission(),
+    if values.visible_emission() {
+        tracer = tracer.with_visible_emission();
+    }
+    match values.several_short_paths() {
+        true => tracer.with_short_paths(stage.samples()),
         false => tracer,
     }
 }
@@ -583,9 +594,12 @@ pub(super) fn path_reuse<'b, 'a>(
     stage: &'b Stage<'a>,
     values: &MethodValues,
 ) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {
-    let reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
-    Ok(match values.visible_emission() {
-        true => reuse.with_visible_emission(),
+    let mut reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
+    if values.visible_emission() {
+        reuse = reuse.with_visible_emission();
+    }
+    Ok(match values.several_short_paths() {
+        true => reuse.with_short_paths(stage.samples()),
         false => reuse,
     })
 }

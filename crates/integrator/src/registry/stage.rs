@@ -10,6 +10,8 @@ use std::sync::{Arc, OnceLock};
 /// A scene, and structures that its methods share: built when the first method requests them.
 pub struct Stage<'a> {
     scene: &'a Scene,
+    /// Of each pixel.
+    samples: u32,
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
     /// Those with the environment sampled above its mean.
@@ -63,11 +65,26 @@ impl<'a> Stage<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
+            samples: 1,
             emitters: Default::default(),
             above_mean: Default::default(),
             worlds: Default::default(),
             guided: OnceLock::new(),
         }
+    }
+
+    /// For images of about so many samples, or frames, in each pixel; without this, of one. With
+    /// many of them some methods look at the scene before they begin. All parts of an image must
+    /// have the number of the whole.
+    #[must_use]
+    pub fn for_samples(mut self, samples: u32) -> Self {
+        self.samples = samples;
+        self
+    }
+
+    /// Samples in each pixel of the images.
+    pub fn samples(&self) -> u32 {
+        self.samples
     }
 
     /// The scene.

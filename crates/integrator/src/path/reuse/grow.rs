@@ -9,6 +9,7 @@ use crate::path::guide::DirectionGuide;
 use crate::path::numbers::PathWords;
 use crate::path::paths::{Paths, Shadows};
 use crate::path::purpose::Purpose;
+use crate::path::short::ShortPaths;
 use crate::path::start::Start;
 use crate::path::transport::{PathState, Transport, met_emission};
 use crate::visible_emission::VisibleEmission;
@@ -25,6 +26,8 @@ pub struct Ground<'a, S> {
     pub words: PathWords,
     /// The estimator of directly visible emission in some pixels, in place of their trees.
     pub visible: Option<&'a VisibleEmission>,
+    /// The estimator of short paths in some pixels, in place of their trees.
+    pub short: Option<&'a ShortPaths>,
     /// Trees end where a delta lobe of so many first vertices serves their own pixel alone.
     pub apart: u32,
 }
@@ -64,6 +67,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             paths: &mut paths,
         });
         let taken = self.visible.map_or(0, |visible| visible.taken(&ids[..count]));
+        let short = self.short.map_or(0, |short| short.taken(&ids[..count]));
         let mut shadows = Shadows::NONE;
         self.tally.add(RayKind::Camera, count);
         self.meet(&mut trees.first, &paths, count);
@@ -71,6 +75,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             for tree in 0..count {
                 Vertices::<S, FIRST>::met(transport, (&paths, taken), tree, trees);
             }
+            trees.forget_own(short);
             return;
         }
         let survivors = transport.lanes.run(Vertices::<S, FIRST> {
@@ -89,7 +94,9 @@ impl<S: EmitterSampler> Ground<'_, S> {
         if transport.max_depth == 2 {
             // Only emission that the last edges hit counts.
             let mut last = LastEdges(self.words, self.tally, trees);
-            return follow(transport, &mut onward, survivors, 2, &mut last);
+            follow(transport, &mut onward, survivors, 2, &mut last);
+            trees.forget_own(short);
+            return;
         }
         let (starts, count) = (onward, survivors);
         self.tally.add(RayKind::Path, count);
@@ -107,6 +114,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
             trees,
             apart: self.apart,
         });
+        // All that is the trees' own until here is the light of short paths.
+        trees.forget_own(short);
         self.connect(&shadows, trees);
         self.follow(&mut paths, survivors, trees);
     }

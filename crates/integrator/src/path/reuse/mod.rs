@@ -10,6 +10,7 @@ mod vertices;
 
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
+use crate::path::short::{LongPaths, ShortPaths};
 use crate::path::transport::Transport;
 use crate::visible_emission::VisibleEmission;
 use connections::{BATCHES, Sharing};
@@ -72,6 +73,8 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
+    /// The estimator of short paths where they vary, if that is not the trees.
+    short: Option<ShortPaths>,
     /// Paths that belong to their own pixel only, and are left to another estimator.
     apart: Option<PathPart>,
     /// What each pixel gains, of all frames together, if that is asked for.
@@ -99,9 +102,21 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             tally: RayTally::default(),
             points: PointSet::Independent,
             visible: None,
+            short: None,
             apart: None,
             gains: None,
         }
+    }
+
+    #[cfg(test)]
+    pub(in crate::path) fn with_short(self, short: Option<ShortPaths>) -> Self {
+        Self { short, ..self }
+    }
+
+    #[cfg(test)]
+    pub(in crate::path) fn with_lanes(mut self, lanes: lightshed_lanes::LaneChoice) -> Self {
+        self.transport.lanes = lanes;
+        self
     }
 
     /// Keeps account of what sharing brings.
@@ -140,6 +155,15 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
     pub fn with_visible_emission(mut self) -> Self {
         let scene = self.transport.scene;
         self.visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
+        self
+    }
+
+    /// With several samples of short paths where these vary, as
+    /// [`PathTracer::with_short_paths`](crate::PathTracer::with_short_paths).
+    #[must_use]
+    pub fn with_short_paths(mut self, frames: u32) -> Self {
+        let visible = self.visible.as_ref();
+        self.short = ShortPaths::new(&self.transport, visible, LongPaths::SHARED, frames);
         self
     }
 }
@@ -235,6 +259,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             frame,
             words,
             visible: self.visible.as_ref(),
+            short: self.short.as_ref(),
             apart: self.apart.map_or(0, PathPart::deciding_vertices),
         };
         let first = self.pilot(ground);
@@ -322,6 +347,11 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
             let scene = self.transport.scene;
             let rays = visible.add_frame((scene, scene.camera()), (self.points, seed), frame, image);
             self.tally.add(RayKind::Camera, rays as usize);
+        }
+        if let Some(short) = &self.short {
+            let points = self.points;
+            let names = (PathWords { points, seed }, frame);
+            short.add_frame(&self.transport, self.visible.as_ref(), names, &self.tally, image);
         }
         let counts = self.tally.take();
         (!cancel.load(Ordering::Relaxed)).then_some(counts)

@@ -129,6 +129,16 @@ impl Trees {
         vector(&self.own, tree)
     }
 
+    /// Forgets what only their pixels can use, of the trees of these bits.
+    pub fn forget_own(&mut self, mut trees: u64) {
+        while trees != 0 {
+            for column in &mut self.own {
+                column.set(trees.trailing_zeros() as usize, 0.0);
+            }
+            trees &= trees - 1;
+        }
+    }
+
     /// Adds light for the pixel of a tree.
     #[inline(always)]
     pub fn add_own(&mut self, tree: usize, light: Rgb) {

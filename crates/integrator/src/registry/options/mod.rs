@@ -79,6 +79,16 @@ pub const VISIBLE: MethodOption = MethodOption::new(
     "How emission that the camera sees directly is found: by rays of its own, several a sample where emitters may be seen, or by paths",
 );
 
+/// How light of at most two edges is found.
+pub const SHORT_PATHS: MethodOption = MethodOption::new(
+    "short-paths",
+    "HOW",
+    "several",
+    |text| one_of(text, &["several", "one"]),
+    "How light of at most two edges is found: by several samples in pixels where it varies more than they cost, as a pilot \
+     says (of images of 128 samples or more), or by one, which longer paths begin with",
+);
+
 /// Samples of emitters at a point.
 pub const LIGHT_SAMPLES: MethodOption = MethodOption::new(
     "light-samples",
@@ -231,6 +241,17 @@ impl MethodValues {
     /// The same, if told.
     pub fn visible_given(&self) -> Option<bool> {
         self.has(&VISIBLE).then(|| self.visible_emission())
+    }
+
+    /// Whether light of at most two edges may have several samples.
+    pub fn several_short_paths(&self) -> bool {
+        self.get::<String>(&SHORT_PATHS)
+            .is_none_or(|how| how == "several")
+    }
+
+    /// The same, if told.
+    pub fn short_paths_given(&self) -> Option<bool> {
+        self.has(&SHORT_PATHS).then(|| self.several_short_paths())
     }
 
     /// Samples of emitters at a point.

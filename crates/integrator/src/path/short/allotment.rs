@@ -1,0 +1,217 @@
+//! How many short paths each pixel gets.
+
+use super::pilot::Seen;
+
+/// What samples cost, in rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Costs {
+    /// A short path.
+    pub short: f32,
+    /// A sample of the method.
+    pub all: f32,
+    /// Whether the method has nothing to do in a pixel whose short paths have samples of their own.
+    pub is_replaced: bool,
+}
+
+/// Most short paths of a sample in a pixel.
+const MOST: u32 = 64;
+
+/// The least that short paths must gain.
+const LEAST_GAIN: f64 = 1.1;
+
+/// What a sample may cost with short paths of its own, in what it costs without: who asks for a
+/// number of samples knows about how long they take.
+const DEAREST: f64 = 2.0;
+
+/// The darkest that relative errors refer to, as a share of the image's brightness.
+const DARKEST: f64 = 0.1;
+
+/// The least variance of long paths, in parts of that of short ones: rare bright paths, which few
+/// paths do not show, are long.
+const UNSEEN: f64 = 0.5;
+
+/// The numbers of short paths for each sample of a method, row by row; 0 where its own are enough.
+/// `long` is the variance of its longer paths, in parts of what was seen.
+///
+/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. What is least is
+/// the product of cost and error, where the error is the mean of the image's squared error and of
+/// its squared relative error, each in parts of what it is with one path everywhere. For a given
+/// cost it is least if one more path takes as much from the error in every pixel (Neyman 1934), so
+/// one number says all: the least `g` that a path must take away. All powers of two are tried.
+/// Numbers that follow from one half of the pilot are judged by the other: a bright path that the
+/// half has not met counts as an error that they leave.
+pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Vec<u16> {
+    let pixels = seen.len().max(1) as f64;
+    let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
+    let brightness = smooth(seen, [width, height], |seen| seen.brightness);
+    let darkest = DARKEST * mean(&|i| brightness[i]);
+    let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
+    let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
+    let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
+    let errors = |weight: &dyn Fn(usize) -> f64| {
+        let (short, long) = (
+            mean(&|i| weight(i) * short_of(i)),
+            mean(&|i| weight(i) * long_of(i)),
+        );
+        match costs.is_replaced {
+            true => (short, 0.0),
+            false => (short, long.max(UNSEEN * short)),
+        }
+    };
+    let ((short, long), (relative, long_relative)) = (errors(&|_| 1.0), errors(&weight));
+    let (all, all_relative) = (short + long, relative + long_relative);
+    if !(all > 0.0 && all_relative > 0.0 && all.is_finite() && all_relative.is_finite()) {
+        return vec![0; seen.len()];
+    }
+    let share: Vec<f64> = (0..seen.len())
+        .map(|i| (1.0 / all + weight(i) / all_relative) / 2.0)
+        .collect();
+    let rest = (long / all + long_relative / all_relative) / 2.0;
+    let halves = [0, 1].map(|half| {
+        let near = smooth(seen, [width, height], |seen| seen.short[half]);
+        let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
+        shares.collect::<Vec<f64>>()
+    });
+    let product = |gain: f64| {
+        let (mut error, mut paths, mut replaced) = (0.0, 0.0, 0.0);
+        for (half, numbers) in halves.iter().enumerate() {
+            for (pixel, &variance) in numbers.iter().enumerate() {
+                let samples = samples_of(variance, gain);
+                let other = share[pixel] * f64::from(seen[pixel].short[1 - half]);
+                error += other / f64::from(samples.max(1));
+                paths += f64::from(samples);
+                replaced += f64::from(u32::from(samples > 0));
+            }
+        }
+        let of_pixel = |sum: f64| sum / (2.0 * pixels);
+        let (short, all) = (f64::from(costs.short), f64::from(costs.all));
+        let saved = if costs.is_replaced {
+            all * of_pixel(replaced)
+        } else {
+            0.0
+        };
+        let cost = (all + short * of_pixel(paths) - saved) / all;
+        match cost <= DEAREST {
+            true => (rest + of_pixel(error)) * cost,
+            false => f64::INFINITY,
+        }
+    };
+    let gains = (-24..24).map(|log| 2f64.powi(log));
+    let tried = gains.map(|gain| (product(gain), gain));
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((least, gain)) if least * LEAST_GAIN < 1.0 => {
+            let both = halves[0].iter().zip(&halves[1]);
+            both.map(|(one, other)| samples_of((one + other) / 2.0, gain) as u16)
+                .collect()
+        }
+        _ => vec![0; seen.len()],
+    }
+}
+
+/// The power of two of paths of which the last still take `gain` each, if there are two or more: 0
+/// where one path is enough.
+fn samples_of(variance: f64, gain: f64) -> u32 {
+    let mut samples = 1;
+    while samples < MOST && variance >= gain * f64::from(2 * samples * samples) {
+        samples *= 2;
+    }
+    if samples > 1 { samples } else { 0 }
+}
+
+/// Means of a pixel and its neighbours, which tell more of it than few samples of its own: an edge
+/// passes through them as well.
+fn smooth(seen: &[Seen], [width, height]: [usize; 2], of: impl Fn(&Seen) -> f32) -> Vec<f64> {
+    let near = |place: usize, count: usize| place.saturating_sub(1)..(place + 2).min(count);
+    (0..seen.len())
+        .map(|pixel| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for y in near(pixel / width, height) {
+                for x in near(pixel % width, width) {
+                    sum += f64::from(of(&seen[y * width + x]));
+                    count += 1.0;
+                }
+            }
+            sum / count
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [usize; 2] = [32, 24];
+    const COSTS: Costs = Costs {
+        short: 1.0,
+        all: 8.0,
+        is_replaced: false,
+    };
+
+    /// Pixels of these variances in each half, and of brightness 1.
+    fn image(short: impl Fn(usize, usize) -> [f32; 2]) -> Vec<Seen> {
+        let places = (0..SIZE[0] * SIZE[1]).map(|i| (i % SIZE[0], i / SIZE[0]));
+        let seen = places.map(|(x, y)| Seen {
+            short: short(x, y),
+            long: 0.01,
+            brightness: 1.0,
+        });
+        seen.collect()
+    }
+
+    /// An edge has many samples, and nothing else has any but its neighbours. Planted faults: each
+    /// half judged by itself (seen by the next test), variances without the neighbours', halves of
+    /// which one is used twice.
+    #[test]
+    fn edges_have_samples() {
+        // Each half has seen every second pixel of the edge.
+        let seen = image(|x, y| match x {
+            10 => [y % 2, 1 - y % 2].map(|is_seen| 100.0 * is_seen as f32),
+            _ => [0.01; 2],
+        });
+        let samples = allot(&seen, SIZE, 1.0, COSTS);
+        for (pixel, &samples) in samples.iter().enumerate() {
+            match pixel % SIZE[0] {
+                10 => assert!(samples >= 8, "{samples}"),
+                9 | 11 => (),
+                _ => assert_eq!(samples, 0),
+            }
+            assert!(samples == 0 || (samples.is_power_of_two() && u32::from(samples) <= MOST));
+        }
+    }
+
+    /// Bright paths that one half has met and the other has not gain nothing: they may be anywhere.
+    #[test]
+    fn rare_paths_have_none() {
+        let is_met = |x: usize, y: usize, half: usize| (x * 7 + y * 13 + half * 5).is_multiple_of(37);
+        let seen = image(|x, y| [0, 1].map(|half| if is_met(x, y, half) { 100.0 } else { 0.01 }));
+        assert!(allot(&seen, SIZE, 1.0, COSTS).iter().all(|&samples| samples == 0));
+    }
+
+    /// Where variance is the same everywhere, where there is none, or where short paths are dear,
+    /// there are no further samples; nor more than may be paid for.
+    #[test]
+    fn samples_are_worth_their_cost() {
+        let none = |seen: &[Seen], costs: Costs| {
+            let samples = allot(seen, SIZE, 1.0, costs);
+            assert!(samples.iter().all(|&samples| samples == 0));
+        };
+        none(&image(|_, _| [1.0; 2]), Costs { short: 8.0, ..COSTS });
+        none(&image(|_, _| [0.0; 2]), COSTS);
+        none(&vec![Seen::default(); SIZE[0] * SIZE[1]], COSTS);
+        none(&image(|_, _| [1e30; 2]), Costs { short: 8.0, ..COSTS });
+        let edge = image(|x, _| if x == 10 { [100.0; 2] } else { [0.01; 2] });
+        none(&edge, Costs { short: 8e3, ..COSTS });
+        let half = image(|x, _| if x < 16 { [1.0; 2] } else { [0.0; 2] });
+        let costs = Costs {
+            short: 8.0,
+            is_replaced: true,
+            ..COSTS
+        };
+        let samples = allot(&half, SIZE, 1.0, costs);
+        let own = samples.iter().filter(|&&samples| samples == 0).count();
+        let paths = samples.iter().map(|&samples| usize::from(samples)).sum::<usize>() + own;
+        assert!(own > 0 && paths > samples.len());
+        assert!(paths as f64 <= DEAREST * samples.len() as f64, "{paths}");
+    }
+}

@@ -1,0 +1,235 @@
+//! Light of paths of at most two edges, by several samples where it varies.
+
+mod allotment;
+mod pilot;
+#[cfg(test)]
+mod tests;
+
+use super::batch::follow_up_to;
+use super::ending::NoEnding;
+use super::guide::DirectionGuide;
+use super::numbers::PathWords;
+use super::observer::NoObserver;
+use super::paths::Paths;
+use super::pixels::Pixels;
+use super::start::Start;
+use super::transport::Transport;
+use crate::emitter_sampler::EmitterSampler;
+use crate::pixel_table::PixelTable;
+use crate::visible_emission::VisibleEmission;
+use allotment::{Costs, allot};
+use lightshed_film::{MAX_BATCH, RayTally, SampleId};
+use lightshed_sampling::parallel;
+use lightshed_scene::Rgb;
+
+/// Edges of the longest short paths: of emission that the camera sees, and of direct light.
+pub(crate) const SHORT: u32 = 2;
+
+/// Estimates the light of paths of at most [`SHORT`] edges by several samples in the pixels where
+/// that pays, in place of the one that belongs to a longer path:
+///
+/// > `1 / k · Σ_{i=1}^{k} (C₁ + C₂)(x̄_i)`
+///
+/// with the contributions `C_n` of paths of `n` edges and `k` camera rays of their own. At the edges
+/// of what is lit brightly this light varies most, few pixels have such edges, and short paths are
+/// cheap: the light that comes over many edges is smooth there and dear.
+///
+/// The numbers `k` depend on the scene and its camera alone: a pilot, no sample of which is in the
+/// image, measures variances and counts rays. So the estimate is unbiased whatever they are.
+/// Directly visible emission that has rays of its own stays there.
+pub(crate) struct ShortPaths {
+    /// Samples for each of the method's; none where its paths find short paths' light themselves.
+    pixels: PixelTable<u16>,
+    width: u32,
+}
+
+/// What a method does beside short paths, for each of its samples in a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LongPaths {
+    /// The variance of the light of longer paths, in parts of that of a path.
+    pub variance: f32,
+    /// Rays beside those of a path.
+    pub rays: f32,
+}
+
+impl LongPaths {
+    /// Paths.
+    pub const ALONE: Self = Self {
+        variance: 1.0,
+        rays: 0.0,
+    };
+    /// Paths that pixels share: with 64 samples a pixel 9 to 25 times less variance in five scenes,
+    /// and 9 to 16 connections, which cost half a ray each.
+    pub const SHARED: Self = Self {
+        variance: 0.1,
+        rays: 7.0,
+    };
+}
+
+/// The seed of short paths, so that they are independent of the longer ones beside them.
+const APART: u64 = 0x7368_6f72_742e_2e2e;
+
+impl ShortPaths {
+    /// For paths of `transport` from the scene's camera, beside directly visible emission by rays
+    /// of its own. `None` where further samples would gain too little, or a pilot would cost too
+    /// much of an image of `samples` samples.
+    pub fn new<S: EmitterSampler>(
+        transport: &Transport<'_, S>,
+        visible: Option<&VisibleEmission>,
+        long: LongPaths,
+        samples: u32,
+    ) -> Option<Self> {
+        let of_set = pilot::paths_of_set(samples, transport.max_depth)?;
+        let (seen, rays) = pilot::look(transport, visible, of_set);
+        let [width, height] = [
+            transport.scene.settings().width,
+            transport.scene.settings().height,
+        ];
+        let costs = Costs {
+            short: rays[0],
+            all: rays[1] + long.rays,
+            is_replaced: transport.max_depth <= SHORT,
+        };
+        let samples = allot(&seen, [width as usize, height as usize], long.variance, costs);
+        let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
+        let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
+        let pixels = PixelTable::new(samples.len(), several);
+        (!pixels.is_empty()).then_some(Self { pixels, width })
+    }
+
+    #[inline(always)]
+    fn pixel(&self, id: &SampleId) -> usize {
+        id.y as usize * self.width as usize + id.x as usize
+    }
+
+    /// Which of up to [`MAX_BATCH`] samples leave the light of short paths to this, bit by bit.
+    #[inline(always)]
+    pub fn taken(&self, ids: &[SampleId]) -> u64 {
+        let bit = |(place, id)| u64::from(self.pixels.contains(self.pixel(id))) << place;
+        ids.iter().take(MAX_BATCH).enumerate().map(bit).sum()
+    }
+
+    /// Adds the light of short paths to the values of the samples that leave it to this. Rays are
+    /// counted by `tally`.
+    pub fn add<S: EmitterSampler, G: DirectionGuide>(
+        &self,
+        transport: &Transport<'_, S, G>,
+        visible: Option<&VisibleEmission>,
+        words: PathWords,
+        tally: Option<&RayTally>,
+        (ids, values): (&[SampleId], &mut [Rgb]),
+    ) {
+        let words = PathWords {
+            seed: words.seed ^ APART,
+            ..words
+        };
+        let longest = transport.max_depth.min(SHORT);
+        let mut batch = Batch::default();
+        let mut trace = |batch: &mut Batch| {
+            let found = paths_up_to(
+                longest,
+                transport,
+                visible,
+                words,
+                &batch.ids[..batch.count],
+                tally,
+            );
+            for place in 0..batch.count {
+                values[batch.owners[place]] += found[place] * batch.weights[place];
+            }
+            batch.count = 0;
+        };
+        for (owner, id) in ids.iter().enumerate() {
+            let Some(&samples) = self.pixels.get(self.pixel(id)) else {
+                continue;
+            };
+            let samples = u32::from(samples);
+            for sample in 0..samples {
+                let index = id.index.wrapping_mul(samples).wrapping_add(sample);
+                batch.push(SampleId { index, ..*id }, owner, 1.0 / samples as f32);
+                if batch.count == MAX_BATCH {
+                    trace(&mut batch);
+                }
+            }
+        }
+        if batch.count > 0 {
+            trace(&mut batch);
+        }
+    }
+
+    /// [`add`](Self::add) to all pixels of a frame, the samples of this index.
+    pub fn add_frame<S: EmitterSampler>(
+        &self,
+        transport: &Transport<'_, S>,
+        visible: Option<&VisibleEmission>,
+        (words, frame): (PathWords, u32),
+        tally: &RayTally,
+        image: &mut [Rgb],
+    ) {
+        parallel::for_each_chunk(image, MAX_BATCH, |start, values| {
+            let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|place| {
+                let pixel = (start + place) as u32;
+                SampleId {
+                    x: pixel % self.width,
+                    y: pixel / self.width,
+                    index: frame,
+                }
+            });
+            let ids = &ids[..values.len()];
+            self.add(transport, visible, words, Some(tally), (ids, values));
+        });
+    }
+}
+
+/// Short paths that are traced together.
+struct Batch {
+    ids: [SampleId; MAX_BATCH],
+    /// Places of the samples that they are for, and their weights.
+    owners: [usize; MAX_BATCH],
+    weights: [f32; MAX_BATCH],
+    count: usize,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self {
+            ids: [SampleId::default(); MAX_BATCH],
+            owners: [0; MAX_BATCH],
+            weights: [0.0; MAX_BATCH],
+            count: 0,
+        }
+    }
+}
+
+impl Batch {
+    fn push(&mut self, id: SampleId, owner: usize, weight: f32) {
+        let place = self.count % MAX_BATCH;
+        self.ids[place] = id;
+        (self.owners[place], self.weights[place]) = (owner, weight);
+        self.count += 1;
+    }
+}
+
+/// What paths of at most `longest` edges find, but for directly visible emission that has rays of
+/// its own.
+fn paths_up_to<S: EmitterSampler, G: DirectionGuide>(
+    longest: u32,
+    transport: &Transport<'_, S, G>,
+    visible: Option<&VisibleEmission>,
+    words: PathWords,
+    ids: &[SampleId],
+    tally: Option<&RayTally>,
+) -> [Rgb; MAX_BATCH] {
+    let mut paths = Paths::new();
+    transport.lanes.run(Start {
+        camera: transport.scene.camera(),
+        ids,
+        words,
+        paths: &mut paths,
+    });
+    let taken = visible.map_or(0, |visible| visible.taken(ids));
+    let pixels = Pixels::new(words, &NoObserver, &NoEnding, ids);
+    let mut pixels = pixels.without_visible(taken).counted_by(tally);
+    follow_up_to(transport, longest, (&mut paths, ids.len()), 1, None, &mut pixels);
+    pixels.finish()
+}

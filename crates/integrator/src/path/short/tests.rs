@@ -1,0 +1,222 @@
+//! Short paths apart against paths that find all light themselves.
+
+use super::pilot::{SETS, paths_of_set};
+use super::{PixelTable, ShortPaths};
+use crate::path::reuse::PathReuse;
+use crate::path::tests::{glossy, mixed};
+use crate::{LightChoosing, LightSelection, PathTracer};
+use lightshed_film::{FrameMethod, PixelEstimator, SampleId};
+use lightshed_lanes::LaneChoice;
+use lightshed_sampling::PointSet;
+use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
+use lightshed_testkit::{MeanTest, check_faults};
+use std::sync::atomic::AtomicBool;
+
+const WIDTH: u32 = 18;
+const HEIGHT: u32 = 13;
+const PIXELS: usize = (WIDTH * HEIGHT) as usize;
+
+/// Two thirds of the pixels have short paths of their own, one to five a sample.
+fn some() -> Option<ShortPaths> {
+    let samples = |pixel: u32| (pixel % 3 != 0).then_some((pixel, (pixel % 5 + 1) as u16));
+    let pixels = PixelTable::new(PIXELS, (0..PIXELS as u32).filter_map(samples));
+    Some(ShortPaths { pixels, width: WIDTH })
+}
+
+fn scene(mut description: SceneDescription, longest: u32) -> Scene {
+    let settings = &mut description.settings;
+    (settings.width, settings.height) = (WIDTH, HEIGHT);
+    (settings.max_depth, settings.roulette_depth) = (Some(longest), 3);
+    Scene::new(&description).unwrap()
+}
+
+fn scenes() -> [(&'static str, SceneDescription); 4] {
+    [
+        ("mixed", mixed()),
+        ("glossy", glossy()),
+        ("doorway", builtin::by_name("doorway").unwrap()),
+        ("many-lights", builtin::many_lights()),
+    ]
+}
+
+/// One sample of each pixel.
+fn ids(index: u32) -> Vec<SampleId> {
+    let id = |pixel: u32| SampleId {
+        x: pixel % WIDTH,
+        y: pixel / WIDTH,
+        index,
+    };
+    (0..PIXELS as u32).map(id).collect()
+}
+
+fn frame(reuse: &mut PathReuse<'_, impl crate::EmitterSampler + Send>, seed: u64) -> Vec<Rgb> {
+    let mut image = vec![Rgb::ZERO; PIXELS];
+    reuse.render_frame(1, seed, &mut image, &AtomicBool::new(false));
+    image
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    /// Paths find the light of short paths as well.
+    Twice,
+    /// Nobody finds it.
+    Nobody,
+    /// Short paths are not averaged.
+    NotAveraged,
+}
+
+/// Means of paths, with one or two emitter samples and visible emission by rays, and of paths that
+/// pixels share: z-tests at 1e-6 of four stripes of the image, over 60 seeds, 80 in all; the faults
+/// are seen in each case.
+#[test]
+fn means_are_those_of_paths() {
+    for (name, description) in scenes() {
+        for longest in [2, 5] {
+            let scene = scene(description.clone(), longest);
+            for is_shared in [false, true] {
+                if is_shared && longest == 2 {
+                    continue;
+                }
+                let run = |fault: Option<Fault>| {
+                    let stripes = means(&scene, is_shared, fault);
+                    let tests = stripes.iter().map(|[plain, apart]| plain.test_equal(apart, 1e-6));
+                    tests.collect::<Result<Vec<_>, _>>()
+                };
+                let faults = [Fault::Twice, Fault::Nobody, Fault::NotAveraged];
+                // Where the lamp is behind a door short paths find nothing.
+                let faults = if name == "doorway" { &[][..] } else { &faults[..] };
+                if let Err(error) = check_faults(faults, run) {
+                    panic!("{name} of {longest} edges, shared: {is_shared}: {error}");
+                }
+            }
+        }
+    }
+}
+
+/// Of four stripes, the light of images without and with short paths apart.
+fn means(scene: &Scene, is_shared: bool, fault: Option<Fault>) -> Vec<[MeanTest; 2]> {
+    let mut stripes = vec![[MeanTest::default(), MeanTest::default()]; 4];
+    for seed in 0..60 {
+        let images = [None, some()].map(|short| {
+            let is_apart = short.is_some();
+            let mut image = vec![Rgb::ZERO; PIXELS];
+            let mut light = vec![Rgb::ZERO; PIXELS];
+            let sampler = scene.emitters_by_power();
+            let tracer = PathTracer::new(scene, sampler).with_emitter_samples(1 + seed as u32 % 2);
+            let mut tracer = tracer.with_visible_emission();
+            (tracer.points, tracer.short) = (PointSet::Sobol, short);
+            let seed = 2 * seed + u64::from(is_apart);
+            let words = tracer.words(seed);
+            for index in 0..2 {
+                tracer.add_short(&ids(index), words, &mut light);
+            }
+            if is_shared {
+                let reuse = PathReuse::new(scene, sampler).with_points(PointSet::Sobol);
+                let mut reuse = reuse.with_visible_emission().with_short(tracer.short.take());
+                image = frame(&mut reuse, seed);
+                light.iter_mut().for_each(|light| *light /= 2.0);
+            } else {
+                let mut values = vec![Rgb::ZERO; PIXELS];
+                for index in 0..2 {
+                    tracer.sample_many(&ids(index), seed, &mut values);
+                    image
+                        .iter_mut()
+                        .zip(&values)
+                        .for_each(|(sum, value)| *sum += *value);
+                }
+            }
+            let more = match fault {
+                Some(Fault::Twice) => 1.0,
+                Some(Fault::Nobody) => -1.0,
+                Some(Fault::NotAveraged) => 0.5,
+                None => 0.0,
+            };
+            image
+                .iter_mut()
+                .zip(&light)
+                .for_each(|(sum, light)| *sum += *light * more);
+            image
+        });
+        for (image, which) in images.iter().zip(0..) {
+            for (stripe, pixels) in stripes.iter_mut().zip(image.chunks(PIXELS.div_ceil(4))) {
+                let sum: Rgb = pixels.iter().sum();
+                stripe[which].push(f64::from(sum.element_sum()));
+            }
+        }
+    }
+    stripes
+}
+
+/// Samples alone and in batches of any size, and frames, with all kinds of lanes: the same bits.
+/// Planted faults: paths that are left out counted into the others' places, light that is forgotten
+/// behind the second vertex.
+#[test]
+fn lanes_give_the_values_of_single_paths() {
+    for (name, description) in scenes() {
+        for longest in [1, 2, 3, 6] {
+            let scene = scene(description.clone(), longest);
+            let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
+            let mut expected = None;
+            for lanes in LaneChoice::all() {
+                let mut tracer = PathTracer::new(&scene, &selection).with_points(PointSet::Sobol);
+                (tracer.transport.lanes, tracer.short) = (lanes, some());
+                let mut values = vec![Rgb::ZERO; PIXELS];
+                tracer.sample_many(&ids(3), 7, &mut values);
+                for (id, value) in ids(3).iter().zip(&values).step_by(5) {
+                    assert_eq!(tracer.sample(id.x, id.y, id.index, 7), *value, "{name}, {id:?}");
+                }
+                let mut some_values = [Rgb::ZERO; 23];
+                tracer.sample_many(&ids(3)[40..63], 7, &mut some_values);
+                assert_eq!(values[40..63], some_values, "{name}");
+                let reuse = PathReuse::new(&scene, &selection).with_points(PointSet::Sobol);
+                let mut reuse = reuse.with_lanes(lanes).with_short(some());
+                let all = (values, frame(&mut reuse, 7));
+                let expected = expected.get_or_insert_with(|| all.clone());
+                assert!(*expected == all, "{name} of {longest} edges, {lanes:?}");
+            }
+        }
+    }
+}
+
+/// Lit candles are small beside what is dark, so that samples go to some pixels; under a sky that
+/// is the same everywhere none do. A pilot is a part of the image's work.
+#[test]
+fn pilots_find_what_varies() {
+    let mut description = builtin::by_name("candles").unwrap();
+    (description.settings.width, description.settings.height) = (48, 32);
+    let scene = Scene::new(&description).unwrap();
+    let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
+    let found = |samples: u32| {
+        let tracer = PathTracer::new(&scene, &selection).with_visible_emission();
+        tracer.with_short_paths(samples).short
+    };
+    let [many, again] = [1024, 1024].map(|samples| found(samples).expect("nothing varies"));
+    let taken = |short: &ShortPaths| {
+        (0..48 * 32)
+            .map(|pixel| short.pixels.get(pixel).copied())
+            .collect()
+    };
+    let (many, again): (Vec<_>, Vec<_>) = (taken(&many), taken(&again));
+    assert_eq!(many, again);
+    let apart = many.iter().flatten().count();
+    assert!((100..48 * 32).contains(&apart), "{apart}");
+    assert!(found(64).is_none());
+    let furnace = Scene::new(&builtin::by_name("furnace").unwrap()).unwrap();
+    let tracer = PathTracer::new(&furnace, furnace.emitters_by_power());
+    assert!(tracer.with_short_paths(1024).short.is_none());
+    for samples in [1, 100, 128, 1000, 1 << 20] {
+        for longest in [1, 2, 3, 8] {
+            let Some(of_set) = paths_of_set(samples, longest) else {
+                continue;
+            };
+            let paths = if longest > 2 {
+                1.0 + 0.3 * of_set as f64
+            } else {
+                of_set as f64
+            };
+            assert!(paths * SETS as f64 <= 0.0501 * f64::from(samples));
+            assert!(of_set.is_power_of_two());
+        }
+    }
+    assert_eq!(paths_of_set(1024, 0), None);
+}
