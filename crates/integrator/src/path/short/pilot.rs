@@ -20,9 +20,10 @@ pub struct Seen {
     pub brightness: f32,
 }
 
-/// Sets of short paths in a pixel, each stratified alone. The first path of each is followed to its
-/// end.
+/// Sets of short paths in a pixel, each stratified alone. The first paths of some are followed to
+/// their ends.
 pub const SETS: usize = 4;
+pub const FOLLOWED: usize = 2;
 
 /// Most paths of a set.
 const MOST_OF_SET: usize = 8;
@@ -50,9 +51,9 @@ pub fn paths_of_set(samples: u32, longest: u32) -> Option<usize> {
     let (whole, short) = match longest {
         0 => return None,
         1..=SHORT => (0.0, 1.0),
-        _ => (1.0, SHORT_PATH),
+        _ => (FOLLOWED as f32, SHORT_PATH),
     };
-    let paths = (SHARE * samples as f32 / SETS as f32 - whole) / short;
+    let paths = (SHARE * samples as f32 - whole) / (short * SETS as f32);
     let paths = (paths.max(0.0) as usize).min(MOST_OF_SET);
     (paths > 1).then(|| 1 << paths.ilog2())
 }
@@ -70,11 +71,11 @@ pub fn look<S: EmitterSampler>(
     parallel::for_each_chunk(&mut seen, TOGETHER, |start, seen| {
         look_at((transport, visible), of_set, start, seen, &tallies);
     });
-    let paths = (seen.len() * SETS).max(1) as f64;
+    let pixels = seen.len().max(1) as f64;
     let [short, all] = tallies.each_mut().map(RayTally::take);
-    let short = cost(short, LAST_EDGE) / (paths * of_set as f64);
+    let short = cost(short, LAST_EDGE) / (pixels * (SETS * of_set) as f64);
     let all = match transport.max_depth > SHORT {
-        true => cost(all, 1.0) / paths,
+        true => cost(all, 1.0) / (pixels * FOLLOWED as f64),
         false => short,
     };
     (seen, [short as f32, all as f32])
@@ -101,7 +102,7 @@ fn look_at<S: EmitterSampler>(
     let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|i| id(i / of_set, i % of_set));
     let firsts: [SampleId; TOGETHER] = std::array::from_fn(|pixel| id(pixel, 0));
     let mut means = [[Rgb::ZERO; SETS]; TOGETHER];
-    let mut longs = [[Rgb::ZERO; SETS]; TOGETHER];
+    let mut longs = [[Rgb::ZERO; FOLLOWED]; TOGETHER];
     for set in 0..SETS {
         let words = PathWords {
             points: PointSet::Sobol,
@@ -115,7 +116,7 @@ fn look_at<S: EmitterSampler>(
         for (means, found) in means.iter_mut().zip(found.chunks(of_set)) {
             means[set] = found.iter().sum::<Rgb>() / of_set as f32;
         }
-        if transport.max_depth > SHORT {
+        if set < FOLLOWED && transport.max_depth > SHORT {
             // The same numbers, so these are the same paths, to their ends.
             let whole = trace(u32::MAX, &firsts[..seen.len()], &tallies[1]);
             for (pixel, longs) in longs.iter_mut().enumerate() {
@@ -124,13 +125,12 @@ fn look_at<S: EmitterSampler>(
         }
     }
     for ((seen, means), longs) in seen.iter_mut().zip(&means).zip(&longs) {
-        let variance = |[one, other]: [Rgb; 2]| (one - other).length_squared() / 2.0;
-        let pairs = |values: &[Rgb; SETS]| [0, 2].map(|first| variance([values[first], values[first + 1]]));
-        let sum: Rgb = means.iter().chain(longs).sum();
+        let variance = |one: Rgb, other: Rgb| (one - other).length_squared() / 2.0;
+        let [short, long] = [&means[..], longs].map(|values| values.iter().sum::<Rgb>().element_sum());
         *seen = Seen {
-            short: pairs(means).map(|variance| sound(variance * of_set as f32)),
-            long: sound(pairs(longs).iter().sum::<f32>() / 2.0),
-            brightness: sound(sum.element_sum() / SETS as f32),
+            short: [0, 2].map(|set| sound(variance(means[set], means[set + 1]) * of_set as f32)),
+            long: sound(variance(longs[0], longs[1])),
+            brightness: sound(short / SETS as f32 + long / FOLLOWED as f32),
         };
     }
 }

@@ -1,6 +1,6 @@
 //! Short paths apart against paths that find all light themselves.
 
-use super::pilot::{SETS, paths_of_set};
+use super::pilot::{FOLLOWED, SETS, paths_of_set};
 use super::{PixelTable, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
@@ -66,8 +66,8 @@ enum Fault {
 }
 
 /// Means of paths, with one or two emitter samples and visible emission by rays, and of paths that
-/// pixels share: z-tests at 1e-6 of four stripes of the image, over 60 seeds, 80 in all; the faults
-/// are seen in each case.
+/// pixels share: z-tests at 1e-6 of four stripes of the image, over 60 seeds, 48 in all; the faults
+/// are seen where most light is that of short paths.
 #[test]
 fn means_are_those_of_paths() {
     for (name, description) in scenes() {
@@ -83,8 +83,10 @@ fn means_are_those_of_paths() {
                     tests.collect::<Result<Vec<_>, _>>()
                 };
                 let faults = [Fault::Twice, Fault::Nobody, Fault::NotAveraged];
-                // Where the lamp is behind a door short paths find nothing.
-                let faults = if name == "doorway" { &[][..] } else { &faults[..] };
+                // Where longer paths hold most of the light and of its noise they cannot be seen.
+                let is_plain = longest == 2 && name != "doorway";
+                let shows = is_plain || ["mixed", "many-lights"].contains(&name);
+                let faults = if shows { &faults[..] } else { &[][..] };
                 if let Err(error) = check_faults(faults, run) {
                     panic!("{name} of {longest} edges, shared: {is_shared}: {error}");
                 }
@@ -209,12 +211,13 @@ fn pilots_find_what_varies() {
             let Some(of_set) = paths_of_set(samples, longest) else {
                 continue;
             };
+            let short = (SETS * of_set) as f64;
             let paths = if longest > 2 {
-                1.0 + 0.3 * of_set as f64
+                FOLLOWED as f64 + 0.3 * short
             } else {
-                of_set as f64
+                short
             };
-            assert!(paths * SETS as f64 <= 0.0501 * f64::from(samples));
+            assert!(paths <= 0.0501 * f64::from(samples));
             assert!(of_set.is_power_of_two());
         }
     }
