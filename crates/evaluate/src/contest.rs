@@ -170,7 +170,8 @@ impl Runner<'_> {
 ///
 /// Within a repeat the next frame always goes to the method with the least time so far, so a
 /// machine that slows down for a while slows all alike. Errors are those of the mean of all frames.
-/// A frame that has started is finished, so end times differ a little.
+/// A frame that has started is finished, so end times differ a little. The time to start a method
+/// counts; each makes at least one frame.
 ///
 /// `record` continues an earlier contest of the same scene, options and names. If `cancel` is set,
 /// complete repeats are kept.
@@ -235,7 +236,10 @@ pub fn run_watched(
         let seed = options.seed.wrapping_add(repeat as u64);
         let mut runners = Vec::new();
         for contestant in contestants {
+            let start = Instant::now();
+            let before = clock(start);
             let method = (contestant.start)()?;
+            let seconds = (clock(start) - before).max(0.0);
             if method.size() != size {
                 return Err(EvaluateError::Size {
                     image: method.size(),
@@ -246,7 +250,7 @@ pub fn run_watched(
                 method,
                 sum: vec![[0.0; 3]; image.len()],
                 frames: 0,
-                seconds: 0.0,
+                seconds,
                 curve: Vec::new(),
                 checkpoints: Vec::new(),
             });
@@ -254,7 +258,7 @@ pub fn run_watched(
         let mut interrupted = false;
         while let Some(next) = runners
             .iter_mut()
-            .filter(|runner| runner.seconds < options.seconds)
+            .filter(|runner| runner.frames == 0 || runner.seconds < options.seconds)
             .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
         {
             interrupted = cancel.load(Ordering::Relaxed) || !next.step(seed, &mut image, cancel);

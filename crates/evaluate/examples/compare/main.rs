@@ -142,10 +142,10 @@ fn one(
     cancel: &AtomicBool,
 ) -> Result<Compared, Box<dyn Error>> {
     let scene = Scene::new(&subject.description)?;
-    let stage = &Stage::new(&scene);
     let folder = arguments.out.join(&subject.name);
     fs::create_dir_all(&folder)?;
     let pilot = Pilot::new(arguments, &subject)?;
+    let stage = &Stage::new(&scene).for_samples(pilot.samples());
     let pilot = pilot.stage();
     let contestants = contestants(&subject, stage, &pilot);
     let options = ContestOptions {

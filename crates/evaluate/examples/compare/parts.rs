@@ -33,9 +33,9 @@ pub fn measure(
         fs::create_dir_all(&folder)?;
         let file = folder.join(format!("record-{}-of-{}.json", part.index(), part.count()));
         let scene = Scene::new(&subject.description)?;
-        let stage = &Stage::new(&scene);
-        let reference = reference(arguments, &subject, stage, None, cancel)?;
         let pilot = Pilot::new(arguments, &subject)?;
+        let stage = &Stage::new(&scene).for_samples(pilot.samples());
+        let reference = reference(arguments, &subject, stage, None, cancel)?;
         let pilot = pilot.stage();
         let contestants = contestants(&subject, stage, &pilot);
         let options = ContestOptions {

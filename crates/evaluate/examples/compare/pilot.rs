@@ -46,6 +46,11 @@ impl Pilot {
         Ok(Self { task, scene })
     }
 
+    /// Paths in each pixel that the time is worth.
+    pub fn samples(&self) -> u32 {
+        self.task.samples
+    }
+
     /// With nothing chosen yet.
     pub fn stage(&self) -> PilotStage<'_> {
         PilotStage {

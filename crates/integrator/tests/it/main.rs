@@ -8,6 +8,7 @@ mod frame_methods;
 mod furnace;
 mod guided;
 mod guides;
+mod inlined;
 mod light_caches;
 mod lights;
 mod mirrors;

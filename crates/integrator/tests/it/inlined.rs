@@ -1,0 +1,32 @@
+//! Whether what is compiled for lanes is compiled into one piece.
+
+/// Instructions of lanes are functions to the compiler, and are inlined only into code that is
+/// compiled for the same instructions. A closure in a kernel is not, unless it is inlined itself:
+/// what it does then takes ten times as long, and nothing else tells. So this program, which has
+/// the kernels of all crates that render, has none of these functions by name. (Seen to fail where
+/// a closure draws the random numbers of eight vertices.)
+#[test]
+#[cfg(target_arch = "x86_64")]
+fn instructions_of_lanes_are_inlined() {
+    let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+    let names = |what: &str| -> Vec<String> {
+        let mut found = Vec::new();
+        let starts = program.windows(what.len()).enumerate();
+        for (start, _) in starts.filter(|(_, window)| *window == what.as_bytes()) {
+            let name = program[start..].iter().take_while(|byte| byte.is_ascii_graphic());
+            found.push(name.map(|&byte| char::from(byte)).collect());
+        }
+        found.sort();
+        found.dedup();
+        found
+    };
+    // Parts of names as symbols have them, put together here: this program's text is in it, too.
+    if names(&["8run", "avx2"].join("_")).is_empty() {
+        println!("SKIPPED instructions_of_lanes_are_inlined: the program has no symbols");
+        return;
+    }
+    for set in ["3avx", "4avx2", "7avx512f", "8avx512vl"] {
+        let outside = names(&["core", &format!("arch3x86{set}")].join("_"));
+        assert!(outside.is_empty(), "not inlined: {outside:#?}");
+    }
+}
