@@ -145,8 +145,8 @@ impl LaneNumbers {
         use lightshed_lanes::LaneWords;
         Self {
             from: from.store(),
-            u_select: u_select.map(|words| words.store()),
-            u: u.map(|u| u.store()),
+            u_select: [u_select[0].store(), u_select[1].store()],
+            u: [u[0].store(), u[1].store()],
         }
     }
 

@@ -112,7 +112,11 @@ impl<S: EmitterSampler, G> Transport<'_, S, G> {
         if !self.sampler.uses_site() {
             return [S::Site::default(); LANES];
         }
-        let rows = [point.position, facing(point, mirror), point.reflectance].map(Vec3Lanes::store);
+        let rows = [
+            point.position.store(),
+            facing(point, mirror).store(),
+            point.reflectance.store(),
+        ];
         std::array::from_fn(|lane| {
             let [position, normal, reflectance] = rows.map(|rows| rows.map(|row| row[lane]).into());
             self.sampler.site(|| match glossy >> lane & 1 {
