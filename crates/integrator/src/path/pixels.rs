@@ -7,13 +7,15 @@ use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
 use super::purpose::Purpose;
-use super::short::SHORT;
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{HitBatch, Ray, Rgb, SurfacePoint};
+
+/// Edges of the longest short paths: of emission that the camera sees, and of direct light.
+pub(crate) const SHORT: u32 = 2;
 
 /// Radiance that arrives at a camera.
 pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {

@@ -33,13 +33,13 @@ const UNSEEN: f64 = 0.5;
 /// The numbers of short paths for each sample of a method, row by row; 0 where its own are enough.
 /// `long` is the variance of its longer paths, in parts of what was seen.
 ///
-/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. What is least is
-/// the product of cost and error, where the error is the mean of the image's squared error and of
-/// its squared relative error, each in parts of what it is with one path everywhere. For a given
-/// cost it is least if one more path takes as much from the error in every pixel (Neyman 1934), so
-/// one number says all: the least `g` that a path must take away. All powers of two are tried.
-/// Numbers that follow from one half of the pilot are judged by the other: a bright path that the
-/// half has not met counts as an error that they leave.
+/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. What is to be
+/// least is the product of cost and error, where the error is the mean of the image's squared error
+/// and of its squared relative error, each in parts of what it is with one path everywhere. For a
+/// given cost it is least if one more path takes as much from the error in every pixel (Neyman
+/// 1934). So one number says all: the least `g` that a path must take away. All powers of two are
+/// tried. Numbers that follow from one half of the pilot are judged by the other: a bright path
+/// that the half has not met counts as an error that they leave.
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Vec<u16> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;

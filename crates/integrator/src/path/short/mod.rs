@@ -11,7 +11,7 @@ use super::guide::DirectionGuide;
 use super::numbers::PathWords;
 use super::observer::NoObserver;
 use super::paths::Paths;
-use super::pixels::Pixels;
+use super::pixels::{Pixels, SHORT};
 use super::start::Start;
 use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
@@ -22,17 +22,14 @@ use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
 
-/// Edges of the longest short paths: of emission that the camera sees, and of direct light.
-pub(crate) const SHORT: u32 = 2;
-
 /// Estimates the light of paths of at most [`SHORT`] edges by several samples in the pixels where
 /// that pays, in place of the one that belongs to a longer path:
 ///
 /// > `1 / k · Σ_{i=1}^{k} (C₁ + C₂)(x̄_i)`
 ///
-/// with the contributions `C_n` of paths of `n` edges and `k` camera rays of their own. At the edges
-/// of what is lit brightly this light varies most, few pixels have such edges, and short paths are
-/// cheap: the light that comes over many edges is smooth there and dear.
+/// with the contributions `C_n` of paths of `n` edges and `k` camera rays of their own. This light
+/// varies most at the edges of what is lit brightly. Few pixels have such edges, and short paths
+/// are cheap; the light that comes over many edges is smooth there and dear.
 ///
 /// The numbers `k` depend on the scene and its camera alone: a pilot, no sample of which is in the
 /// image, measures variances and counts rays. So the estimate is unbiased whatever they are.
