@@ -254,7 +254,7 @@ mod tests {
 
     /// What options may be set to, other than the device's own defaults: an option takes of these
     /// texts those that it accepts.
-    const TEXTS: [&str; 36] = [
+    const TEXTS: [&str; 37] = [
         "true",
         "0",
         "0.5",
@@ -274,6 +274,7 @@ mod tests {
         "independent",
         "rays",
         "paths",
+        "one",
         "cdq",
         "vmf",
         "mcmm",
