@@ -159,9 +159,7 @@ mod tests {
         seen.collect()
     }
 
-    /// An edge has many samples, and nothing else has any but its neighbours. Planted faults: each
-    /// half judged by itself (seen by the next test), variances without the neighbours', halves of
-    /// which one is used twice.
+    /// An edge has many samples, and nothing else has any but its neighbours.
     #[test]
     fn edges_have_samples() {
         // Each half has seen every second pixel of the edge.

@@ -148,8 +148,6 @@ fn means(scene: &Scene, is_shared: bool, fault: Option<Fault>) -> Vec<[MeanTest;
 }
 
 /// Samples alone and in batches of any size, and frames, with all kinds of lanes: the same bits.
-/// Planted faults: paths that are left out counted into the others' places, light that is forgotten
-/// behind the second vertex.
 #[test]
 fn lanes_give_the_values_of_single_paths() {
     for (name, description) in scenes() {
