@@ -121,17 +121,23 @@ fn clock(start: Instant) -> f64 {
     process_cpu_seconds().unwrap_or_else(|| start.elapsed().as_secs_f64())
 }
 
+/// The result of some work, and the processor seconds that it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let before = clock(start);
+    let done = work();
+    (done, (clock(start) - before).max(0.0))
+}
+
 impl Runner<'_> {
     /// One more frame. False if it was cancelled.
     fn step(&mut self, seed: u64, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
-        let start = Instant::now();
-        let before = clock(start);
-        let done = self.method.render_frame(self.frames, seed, image, cancel);
+        let (done, seconds) = timed(|| self.method.render_frame(self.frames, seed, image, cancel));
         if done.is_none() {
             return false;
         }
         // With a clock that stands still, no method would finish.
-        self.seconds += (clock(start) - before).max(1e-9);
+        self.seconds += seconds.max(1e-9);
         self.frames += 1;
         for (sum, value) in self.sum.iter_mut().zip(image.iter()) {
             for (sum, value) in sum.iter_mut().zip(value.to_array()) {
@@ -236,10 +242,8 @@ pub fn run_watched(
         let seed = options.seed.wrapping_add(repeat as u64);
         let mut runners = Vec::new();
         for contestant in contestants {
-            let start = Instant::now();
-            let before = clock(start);
-            let method = (contestant.start)()?;
-            let seconds = (clock(start) - before).max(0.0);
+            let (method, seconds) = timed(|| (contestant.start)());
+            let method = method?;
             if method.size() != size {
                 return Err(EvaluateError::Size {
                     image: method.size(),

@@ -26,7 +26,6 @@ mod vertex_rows;
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
 use crate::visible_emission::VisibleEmission;
-use batch::follow;
 use ending::{NoEnding, PathEnding};
 use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, RayKind, RayTally, SampleId};
@@ -35,12 +34,10 @@ use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmittersByPower, Ray, Rgb, Scene, SurfacePoint};
 use numbers::{PathNumbers, PathWords};
 use observer::{NoObserver, PathObserver};
-use paths::Paths;
 use pixels::{Pixels, SHORT};
 use purpose::{Purpose, ending_surface};
 use scattering::SurfaceVertex;
 use short::{LongPaths, ShortPaths};
-use start::Start;
 use std::sync::Arc;
 use transport::{PathState, Shadow, Transport};
 
@@ -265,19 +262,12 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
     /// What the paths of at most [`MAX_BATCH`] samples find; those of the bits `short` leave out
     /// what short paths find.
     fn sample_batch(&self, ids: &[SampleId], short: u64, words: PathWords, values: &mut [Rgb]) {
-        let (transport, mut paths) = (&self.transport, Paths::new());
-        transport.lanes.run(Start {
-            camera: self.camera(),
-            ids,
-            words,
-            paths: &mut paths,
-        });
         let pixels = Pixels::new(words, &self.observer, &self.ending, ids);
         let tally = self.frame.as_ref().map(|frame| &*frame.tally);
         let pixels = pixels.without_visible(self.taken(ids)).counted_by(tally);
-        let mut pixels = pixels.without_short(short);
-        follow(transport, &mut paths, ids.len(), 1, &mut pixels);
-        values.copy_from_slice(&pixels.finish()[..values.len()]);
+        let pixels = pixels.without_short(short);
+        let found = pixels.trace(&self.transport, self.camera(), self.transport.max_depth);
+        values.copy_from_slice(&found[..values.len()]);
     }
 
     /// The same for the samples of the bits `wanted`; the others find nothing.

@@ -1,5 +1,6 @@
 //! Paths traced for the pixels of a camera.
 
+use super::batch::follow_up_to;
 use super::ending::{EndingVertex, NoEnding, PathEnding};
 use super::further_emitters::further_emitters;
 use super::guide::DirectionGuide;
@@ -7,12 +8,13 @@ use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
 use super::purpose::Purpose;
+use super::start::Start;
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{HitBatch, Ray, Rgb, SurfacePoint};
+use lightshed_scene::{Camera, HitBatch, Ray, Rgb, SurfacePoint};
 
 /// Edges of the longest short paths: of emission that the camera sees, and of direct light.
 pub(crate) const SHORT: u32 = 2;
@@ -101,6 +103,25 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
             self.trails[place].contribute(edges, is_sampled_emitter, met, radiance);
         }
         self.radiances[place % MAX_BATCH] += radiance;
+    }
+
+    /// Traces the paths of the samples up to `longest` edges: their values.
+    pub fn trace<S: EmitterSampler, G: DirectionGuide>(
+        mut self,
+        transport: &Transport<'_, S, G>,
+        camera: &Camera,
+        longest: u32,
+    ) -> [Rgb; MAX_BATCH] {
+        let mut paths = Paths::new();
+        transport.lanes.run(Start {
+            camera,
+            ids: self.ids,
+            words: self.words,
+            paths: &mut paths,
+        });
+        let paths = (&mut paths, self.ids.len());
+        follow_up_to(transport, longest, paths, 1, None, &mut self);
+        self.finish()
     }
 
     /// The samples' values.

@@ -5,14 +5,11 @@ mod pilot;
 #[cfg(test)]
 mod tests;
 
-use super::batch::follow_up_to;
 use super::ending::NoEnding;
 use super::guide::DirectionGuide;
 use super::numbers::PathWords;
 use super::observer::NoObserver;
-use super::paths::Paths;
 use super::pixels::{Pixels, SHORT};
-use super::start::Start;
 use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use crate::pixel_table::PixelTable;
@@ -221,16 +218,8 @@ fn paths_up_to<S: EmitterSampler, G: DirectionGuide>(
     ids: &[SampleId],
     tally: Option<&RayTally>,
 ) -> [Rgb; MAX_BATCH] {
-    let mut paths = Paths::new();
-    transport.lanes.run(Start {
-        camera: transport.scene.camera(),
-        ids,
-        words,
-        paths: &mut paths,
-    });
     let taken = visible.map_or(0, |visible| visible.taken(ids));
     let pixels = Pixels::new(words, &NoObserver, &NoEnding, ids);
-    let mut pixels = pixels.without_visible(taken).counted_by(tally);
-    follow_up_to(transport, longest, (&mut paths, ids.len()), 1, None, &mut pixels);
-    pixels.finish()
+    let pixels = pixels.without_visible(taken).counted_by(tally);
+    pixels.trace(transport, transport.scene.camera(), longest)
 }
