@@ -95,6 +95,7 @@ pub fn choice_json(choice: &Choice) -> Value {
             "relative_mse": trial.relative,
             "certain": trial.certain,
             "prior": trial.prior,
+            "short_paths": json!({"cost": trial.short.cost, "error": trial.short.error}),
             "is_lit": trial.is_lit,
             "merit": trial.merit(),
         })
@@ -143,12 +144,13 @@ pub fn choice_text(choice: &Choice) -> String {
     }
     for trial in &choice.trials {
         text += &format!(
-            "\n  tried    {:<30} {} frames of cost {:.3}, squared error {:.3e}, prior {:.2}, merit {:.3e}",
+            "\n  tried    {:<30} {} frames of cost {:.3}, squared error {:.3e}, prior {:.2}, short paths {:.2}, merit {:.3e}",
             trial.method.to_string(),
             trial.frames,
             trial.cost,
             trial.error,
             trial.prior,
+            trial.short.both(),
             trial.merit()
         );
     }

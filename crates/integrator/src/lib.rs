@@ -51,7 +51,7 @@ mod volume;
 mod vpl;
 
 pub use any_emitters::AnyEmitters;
-pub use auto::{Auto, AutoFrames, AutoTask, Choice, LeftOut, MethodRequest, PilotRun, Trial};
+pub use auto::{Auto, AutoFrames, AutoTask, Choice, LeftOut, MethodRequest, PilotRun, ShortGain, Trial};
 pub use cached::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsError, CachedPathsOptions, MAX_CACHE_PASSES,
     SceneVertices,

@@ -8,6 +8,7 @@
 use super::candidates::chain;
 use super::choice::{Choice, Trial};
 use super::cost::FrameCost;
+use super::foreseen::ShortGain;
 use super::pilot::{Images, halves, images, weights};
 use super::plan::{AutoTask, ChainPlan};
 use super::race::clock;
@@ -114,6 +115,7 @@ pub(super) fn against_chain(
         certain: best.certain,
         prior: gain.powf(-doublings),
         shared: 0.0,
+        short: ShortGain::NONE,
         is_lit: whole.is_lit(),
     };
     let ratio = best.merit() / trial.merit();

@@ -1,6 +1,7 @@
 //! What was chosen, and why.
 
 use super::candidates::LeftOut;
+use super::foreseen::ShortGain;
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
 
@@ -68,6 +69,8 @@ pub struct Trial {
     /// The part of the squared error that it takes away from plain paths by sharing them; 0 of
     /// methods that share nothing.
     pub shared: f64,
+    /// What several samples of short paths, which the pilot did without, make of cost and error.
+    pub short: ShortGain,
     /// Whether its images hold any light. Without any they have no error, which proves nothing.
     pub is_lit: bool,
 }
@@ -81,7 +84,7 @@ impl Trial {
         if !self.is_lit {
             return f64::INFINITY;
         }
-        self.prior * self.cost * f64::from(self.frames) * self.certain_error()
+        self.prior * self.short.both() * self.cost * f64::from(self.frames) * self.certain_error()
     }
 
     /// The geometric mean of both errors of an image, as far as it is certain.

@@ -46,6 +46,7 @@ pub(super) fn best_number(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::auto::ShortGain;
 
     fn trial(text: &str, frames: u32, error: f64) -> Trial {
         Trial {
@@ -57,6 +58,7 @@ mod tests {
             certain: 1.0,
             prior: 1.0,
             shared: 0.0,
+            short: ShortGain::NONE,
             is_lit: true,
         }
     }

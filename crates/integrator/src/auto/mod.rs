@@ -7,8 +7,8 @@
 //! `C_k E_k / C`. `E_k` is half the mean squared difference of two independent images, which is the
 //! squared error of an unbiased method whatever the image is, or rather its geometric mean with the
 //! same relative to the brightness of the neighbourhood, which hangs less on single pixels; of
-//! plain paths it is what frames that share paths say about them (`plain.rs`). `C_k` is counted in
-//! rays (`cost.rs`), so that the choice is a function of the scene and of what is asked, the same
+//! plain paths it is what frames that share paths say about them (`plain.rs`). Both are with the
+//! short paths that an image would have (`foreseen.rs`). `C_k` is counted in rays (`cost.rs`), so that the choice is a function of the scene and of what is asked, the same
 //! for any number of threads, on any machine, and for each of an image's shards.
 //! Pilots render blocks of the image and not a smaller one: in larger pixels, surfaces' edges would
 //! hold more of the error, and neighbours would have less to share.
@@ -19,6 +19,7 @@ mod choice;
 mod choosing;
 mod cost;
 mod emitter_samples;
+mod foreseen;
 mod frames;
 mod gains;
 mod pilot;
@@ -32,6 +33,7 @@ mod tests;
 
 pub use candidates::LeftOut;
 pub use choice::{Choice, PilotRun, Trial};
+pub use foreseen::ShortGain;
 pub use frames::AutoFrames;
 pub use plan::AutoTask;
 pub use request::{Auto, MethodRequest};

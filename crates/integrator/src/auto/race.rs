@@ -4,6 +4,7 @@ use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::emitter_samples::{TRIED, best_number};
+use super::foreseen::ShortGain;
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
@@ -21,6 +22,10 @@ const FEW_FRAMES: u32 = 4;
 /// with one, chosen alike: a pilot has few of its dear samples, of which one outlier is easily
 /// all of the error.
 const AS_CERTAIN: f64 = 0.8;
+
+/// What short paths may bring, about at most: candidates with more cost times error than this, in
+/// parts of the best one's, are not asked.
+const MOST_SHORT_GAIN: f64 = 3.0;
 
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
@@ -131,7 +136,39 @@ impl Race<'_, '_> {
                 gains = self.best().map(|best| best + 1 == done.len());
             }
         }
+        self.foresee_short_paths(&done)
+    }
+
+    /// Adds what short paths bring, where that may change the choice.
+    fn foresee_short_paths(&mut self, done: &[(Method, Images)]) -> Result<(), MethodError> {
+        let Some(best) = self.best() else {
+            return Ok(());
+        };
+        let [best, first] = [best, 0].map(|place| (self.trials[place].merit(), self.trials[place].cost));
+        let weights = self.weights(done);
+        for trial in &mut self.trials {
+            if trial.merit() > MOST_SHORT_GAIN * best.0 {
+                continue;
+            }
+            let frames = f64::from(self.task.samples) * first.1 / trial.cost;
+            let foreseen = trial
+                .method
+                .foreseen_short_paths(self.stage, frames.round() as u32)?;
+            if let Some(foreseen) = foreseen {
+                let errors = [trial.error, trial.relative].map(|error| f64::from(trial.frames) * error);
+                trial.short = ShortGain::of(&foreseen, errors, &weights);
+            }
+        }
         Ok(())
+    }
+
+    /// The weights of pixels in relative errors.
+    fn weights(&self, done: &[(Method, Images)]) -> Vec<f64> {
+        // One sample in each pixel shows nothing.
+        let of_use = &done[usize::from(self.in_brief)..];
+        let shown = of_use.iter().filter(|(method, _)| method.name() != RESAMPLING);
+        let width = self.plan.size(self.task.size)[0];
+        weights(shown.map(|(_, images)| images), width as usize)
     }
 
     /// Works out costs, for which rays of paths may have been counted late.
@@ -147,10 +184,8 @@ impl Race<'_, '_> {
             };
             Some((rays, images.frames))
         });
-        // One sample in each pixel shows nothing.
+        let weights = self.weights(done);
         let of_use = &done[usize::from(self.in_brief)..];
-        let shown = of_use.iter().filter(|(method, _)| method.name() != RESAMPLING);
-        let weights = weights(shown.map(|(_, images)| images), width as usize);
         let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
         let shows_outliers = of_use.iter().all(shows);
         let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
@@ -218,6 +253,7 @@ impl Race<'_, '_> {
                     "path-reuse" => known.shared,
                     _ => 0.0,
                 },
+                short: ShortGain::NONE,
                 is_lit: said.is_some() || images.is_lit(),
             }
         });
@@ -260,7 +296,9 @@ impl Race<'_, '_> {
                 first.merit() / chosen.merit()
             ),
         };
-        let cost = chosen.cost / first.cost;
+        // The plainest one is rendered as often as is asked, whatever its short paths are.
+        let short = if best == 0 { 1.0 } else { chosen.short.cost };
+        let cost = short * chosen.cost / first.cost;
         let other = self.other_number_of_emitters(chosen);
         let why = match &other {
             Some((method, _)) => format!(

@@ -37,7 +37,7 @@ use observer::{NoObserver, PathObserver};
 use pixels::{Pixels, SHORT};
 use purpose::{Purpose, ending_surface};
 use scattering::SurfaceVertex;
-use short::{LongPaths, ShortPaths};
+use short::{Foreseen, LongPaths, ShortPaths};
 use std::sync::Arc;
 use transport::{PathState, Shadow, Transport};
 
@@ -135,6 +135,12 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
         let visible = self.visible.as_deref();
         self.short = ShortPaths::new(&self.transport, visible, LongPaths::ALONE, samples);
         self
+    }
+
+    /// What short paths are foreseen to bring beside such longer ones in an image of `samples`
+    /// samples, or frames, in each pixel; `None` where they bring too little.
+    pub(crate) fn foreseen_short_paths(&self, long: LongPaths, samples: u32) -> Option<Foreseen> {
+        Foreseen::new(&self.transport, self.visible.as_deref(), long, samples)
     }
 }
 

@@ -4,11 +4,12 @@ use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::idle::idle_option;
-use super::methods::{METHODS, PATH_REUSE, path_reuse};
+use super::methods::{METHODS, PATH_REUSE, foreseen_short_paths, path_reuse};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
 use crate::guided::GuideKind;
+use crate::path::short::Foreseen;
 use crate::{AnyEmitters, PathReuse};
 use std::fmt;
 use std::str::FromStr;
@@ -186,6 +187,21 @@ impl Method {
         self.check_start(stage)?;
         let started = path_reuse(stage, &self.values);
         started.map(Some).map_err(|reason| self.refused(reason))
+    }
+
+    /// What several samples of short paths are foreseen to bring an image of `samples` samples or
+    /// frames; `None` where they bring too little, and of methods that have none.
+    ///
+    /// # Errors
+    /// Those of [`Method::start`].
+    pub(crate) fn foreseen_short_paths(
+        &self,
+        stage: &Stage<'_>,
+        samples: u32,
+    ) -> Result<Option<Foreseen>, MethodError> {
+        self.check_start(stage)?;
+        let foreseen = foreseen_short_paths(self.entry.name, (stage, &self.values), samples);
+        foreseen.map_err(|reason| self.refused(reason))
     }
 
     fn check_start(&self, stage: &Stage<'_>) -> Result<(), MethodError> {

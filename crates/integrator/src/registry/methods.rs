@@ -7,6 +7,7 @@ use super::entry::MethodEntry;
 use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
+use crate::path::short::{Foreseen, LongPaths};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
     LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer, RestirDi, RestirDiSettings,
@@ -519,18 +520,49 @@ fn path_tracer<'b, S: EmitterSampler + 'b>(
     sampler: S,
     depths: Option<(u32, u32)>,
 ) -> PathTracer<'b, S> {
+    let tracer = plain_tracer(stage, values, sampler, depths);
+    match values.several_short_paths() {
+        true => tracer.with_short_paths(stage.samples()),
+        false => tracer,
+    }
+}
+
+/// The same without short paths of their own.
+fn plain_tracer<'b, S: EmitterSampler + 'b>(
+    stage: &'b Stage<'_>,
+    values: &MethodValues,
+    sampler: S,
+    depths: Option<(u32, u32)>,
+) -> PathTracer<'b, S> {
     let tracer = PathTracer::new(stage.scene(), sampler).with_emitter_samples(values.light_samples());
     let mut tracer = tracer.with_points(values.points());
     if let Some((longest, roulette)) = depths {
         tracer = tracer.with_depths(Some(longest), roulette);
     }
-    if values.visible_emission() {
-        tracer = tracer.with_visible_emission();
-    }
-    match values.several_short_paths() {
-        true => tracer.with_short_paths(stage.samples()),
+    match values.visible_emission() {
+        true => tracer.with_visible_emission(),
         false => tracer,
     }
+}
+
+/// What short paths are foreseen to bring a method in an image of `samples` samples or frames.
+pub(super) fn foreseen_short_paths(
+    name: &str,
+    (stage, values): (&Stage<'_>, &MethodValues),
+    samples: u32,
+) -> Result<Option<Foreseen>, String> {
+    let is_plain = values.guided_paths().is_none() && values.cached_paths(stage.scene()).is_none();
+    let long = match name {
+        "path" if is_plain => LongPaths::ALONE,
+        PATH_REUSE => LongPaths::SHARED,
+        "restir-pt-offline" if values.shares_paths() => LongPaths::SHARED,
+        _ => return Ok(None),
+    };
+    if !values.several_short_paths() {
+        return Ok(None);
+    }
+    let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
+    Ok(tracer.foreseen_short_paths(long, samples))
 }
 
 /// Paths of two edges.

@@ -30,17 +30,30 @@ const DARKEST: f64 = 0.1;
 /// paths do not show, are long.
 const UNSEEN: f64 = 0.5;
 
-/// The numbers of short paths for each sample of a method, row by row; 0 where its own are enough.
-/// `long` is the variance of its longer paths, in parts of what was seen.
+/// Short paths for the pixels of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allotment {
+    /// Their numbers for each sample of a method, row by row; 0 where its own are enough.
+    pub samples: Vec<u16>,
+    /// The variance that each pixel's short paths leave, as one half of the pilot judges numbers
+    /// that follow from the other.
+    pub left: Vec<f32>,
+    /// What a sample costs with them, in parts of what it costs without.
+    pub cost: f32,
+    /// The least variance of longer paths, in parts of that of one short path each.
+    pub least_long: f32,
+}
+
+/// The numbers of short paths that have the least product of cost and error; `None` where they
+/// gain too little. `long` is the variance of longer paths, in parts of what was seen.
 ///
-/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. What is to be
-/// least is the product of cost and error, where the error is the mean of the image's squared error
-/// and of its squared relative error, each in parts of what it is with one path everywhere. For a
-/// given cost it is least if one more path takes as much from the error in every pixel (Neyman
-/// 1934). So one number says all: the least `g` that a path must take away. All powers of two are
-/// tried. Numbers that follow from one half of the pilot are judged by the other: a bright path
-/// that the half has not met counts as an error that they leave.
-pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Vec<u16> {
+/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. The error is
+/// the mean of the image's squared error and of its squared relative error, each in parts of what
+/// it is with one path everywhere. For a given cost it is least if one more path takes as much from
+/// the error in every pixel (Neyman 1934). So one number says all: the least `g` that a path must
+/// take away. All powers of two are tried. Numbers that follow from one half of the pilot are
+/// judged by the other: a bright path that the half has not met counts as an error that they leave.
+pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
     let brightness = smooth(seen, [width, height], |seen| seen.brightness);
@@ -48,20 +61,20 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
     let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
+    let has_long = !costs.is_replaced && seen.iter().any(|seen| seen.long > 0.0);
+    let least_long = if has_long { UNSEEN } else { 0.0 };
     let errors = |weight: &dyn Fn(usize) -> f64| {
-        let (short, long) = (
-            mean(&|i| weight(i) * short_of(i)),
-            mean(&|i| weight(i) * long_of(i)),
-        );
-        match costs.is_replaced {
-            true => (short, 0.0),
-            false => (short, long.max(UNSEEN * short)),
-        }
+        let short = mean(&|i| weight(i) * short_of(i));
+        let long = match has_long {
+            true => mean(&|i| weight(i) * long_of(i)),
+            false => 0.0,
+        };
+        (short, long.max(least_long * short))
     };
     let ((short, long), (relative, long_relative)) = (errors(&|_| 1.0), errors(&weight));
     let (all, all_relative) = (short + long, relative + long_relative);
     if !(all > 0.0 && all_relative > 0.0 && all.is_finite() && all_relative.is_finite()) {
-        return vec![0; seen.len()];
+        return None;
     }
     let share: Vec<f64> = (0..seen.len())
         .map(|i| (1.0 / all + weight(i) / all_relative) / 2.0)
@@ -72,13 +85,16 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
         shares.collect::<Vec<f64>>()
     });
-    let product = |gain: f64| {
+    // By the numbers of one half, what the other half's variance becomes.
+    let left = |half: usize, pixel: usize, samples: u32| {
+        f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(1))
+    };
+    let judge = |gain: f64| {
         let (mut error, mut paths, mut replaced) = (0.0, 0.0, 0.0);
         for (half, numbers) in halves.iter().enumerate() {
             for (pixel, &variance) in numbers.iter().enumerate() {
                 let samples = samples_of(variance, gain);
-                let other = share[pixel] * f64::from(seen[pixel].short[1 - half]);
-                error += other / f64::from(samples.max(1));
+                error += share[pixel] * left(half, pixel, samples);
                 paths += f64::from(samples);
                 replaced += f64::from(u32::from(samples > 0));
             }
@@ -92,21 +108,25 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         };
         let cost = (all + short * of_pixel(paths) - saved) / all;
         match cost <= DEAREST {
-            true => (rest + of_pixel(error)) * cost,
-            false => f64::INFINITY,
+            true => ((rest + of_pixel(error)) * cost, cost),
+            false => (f64::INFINITY, cost),
         }
     };
-    let gains = (-24..24).map(|log| 2f64.powi(log));
-    let tried = gains.map(|gain| (product(gain), gain));
-    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((least, gain)) if least * LEAST_GAIN < 1.0 => {
-            let both = halves[0].iter().zip(&halves[1]);
-            both.map(|(one, other)| samples_of((one + other) / 2.0, gain) as u16)
-                .collect()
-        }
-        _ => vec![0; seen.len()],
-    }
+    let tried = (-24..24)
+        .map(|log| 2f64.powi(log))
+        .map(|gain| (judge(gain), gain));
+    let ((least, cost), gain) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
+    let numbers = |pixel: usize| [0, 1].map(|half| halves[half][pixel]);
+    let samples = (0..seen.len()).map(|i| samples_of(numbers(i).iter().sum::<f64>() / 2.0, gain) as u16);
+    let of_halves = |i: usize| [0, 1].map(|half| left(half, i, samples_of(numbers(i)[half], gain)));
+    (least * LEAST_GAIN < 1.0).then(|| Allotment {
+        samples: samples.collect(),
+        left: (0..seen.len())
+            .map(|i| (of_halves(i).iter().sum::<f64>() / 2.0) as f32)
+            .collect(),
+        cost: cost as f32,
+        least_long: least_long as f32,
+    })
 }
 
 /// The power of two of paths of which the last still take `gain` each, if there are two or more: 0
@@ -167,7 +187,7 @@ mod tests {
             10 => [y % 2, 1 - y % 2].map(|is_seen| 100.0 * is_seen as f32),
             _ => [0.01; 2],
         });
-        let samples = allot(&seen, SIZE, 1.0, COSTS);
+        let samples = allot(&seen, SIZE, 1.0, COSTS).unwrap().samples;
         for (pixel, &samples) in samples.iter().enumerate() {
             match pixel % SIZE[0] {
                 10 => assert!(samples >= 8, "{samples}"),
@@ -183,7 +203,7 @@ mod tests {
     fn rare_paths_have_none() {
         let is_met = |x: usize, y: usize, half: usize| (x * 7 + y * 13 + half * 5).is_multiple_of(37);
         let seen = image(|x, y| [0, 1].map(|half| if is_met(x, y, half) { 100.0 } else { 0.01 }));
-        assert!(allot(&seen, SIZE, 1.0, COSTS).iter().all(|&samples| samples == 0));
+        assert_eq!(allot(&seen, SIZE, 1.0, COSTS), None);
     }
 
     /// Where variance is the same everywhere, where there is none, or where short paths are dear,
@@ -191,8 +211,7 @@ mod tests {
     #[test]
     fn samples_are_worth_their_cost() {
         let none = |seen: &[Seen], costs: Costs| {
-            let samples = allot(seen, SIZE, 1.0, costs);
-            assert!(samples.iter().all(|&samples| samples == 0));
+            assert_eq!(allot(seen, SIZE, 1.0, costs), None);
         };
         none(&image(|_, _| [1.0; 2]), Costs { short: 8.0, ..COSTS });
         none(&image(|_, _| [0.0; 2]), COSTS);
@@ -206,7 +225,7 @@ mod tests {
             is_replaced: true,
             ..COSTS
         };
-        let samples = allot(&half, SIZE, 1.0, costs);
+        let samples = allot(&half, SIZE, 1.0, costs).unwrap().samples;
         let own = samples.iter().filter(|&&samples| samples == 0).count();
         let paths = samples.iter().map(|&samples| usize::from(samples)).sum::<usize>() + own;
         assert!(own > 0 && paths > samples.len());

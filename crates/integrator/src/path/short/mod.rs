@@ -14,10 +14,11 @@ use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use crate::pixel_table::PixelTable;
 use crate::visible_emission::VisibleEmission;
-use allotment::{Costs, allot};
+use allotment::{Allotment, Costs, allot};
 use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
+use pilot::Seen;
 
 /// Estimates the light of paths of at most [`SHORT`] edges by several samples in the pixels where
 /// that pays, in place of the one that belongs to a longer path:
@@ -77,21 +78,12 @@ impl ShortPaths {
         long: LongPaths,
         samples: u32,
     ) -> Option<Self> {
-        let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), transport.max_depth)?;
-        let (seen, rays) = pilot::look(transport, visible, of_set);
-        let [width, height] = [
-            transport.scene.settings().width,
-            transport.scene.settings().height,
-        ];
-        let costs = Costs {
-            short: rays[0],
-            all: rays[1] + long.rays,
-            is_replaced: transport.max_depth <= SHORT,
-        };
-        let samples = allot(&seen, [width as usize, height as usize], long.variance, costs);
+        let (_, allotment) = look(transport, visible, long, samples)?;
+        let samples = &allotment.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
         let pixels = PixelTable::new(samples.len(), several);
+        let width = transport.scene.settings().width;
         (!pixels.is_empty()).then_some(Self { pixels, width })
     }
 
@@ -177,6 +169,57 @@ impl ShortPaths {
             self.add(transport, visible, words, Some(tally), (ids, values));
         });
     }
+}
+
+/// What several samples of short paths are foreseen to bring a method.
+pub(crate) struct Foreseen {
+    /// Variance of the light of short paths in each pixel, in the mean over colours: of one path,
+    /// and with the samples that the pixel gets.
+    pub variances: Vec<[f32; 2]>,
+    /// What a sample of the method costs with them, in parts of what it costs without.
+    pub cost: f32,
+    /// The least variance of longer paths, in parts of that of short ones: rare bright paths are
+    /// not seen.
+    pub least_long: f32,
+}
+
+impl Foreseen {
+    /// What [`ShortPaths::new`] would do with these values; `None` where it does nothing.
+    pub fn new<S: EmitterSampler>(
+        transport: &Transport<'_, S>,
+        visible: Option<&VisibleEmission>,
+        long: LongPaths,
+        samples: u32,
+    ) -> Option<Self> {
+        let (seen, allotment) = look(transport, visible, long, samples)?;
+        let pixels = seen.iter().zip(&allotment.left);
+        let variances = pixels.map(|(seen, left)| [(seen.short[0] + seen.short[1]) / 6.0, left / 3.0]);
+        Some(Self {
+            variances: variances.collect(),
+            cost: allotment.cost,
+            least_long: allotment.least_long,
+        })
+    }
+}
+
+/// What a pilot sees, and the samples that pixels get by it.
+fn look<S: EmitterSampler>(
+    transport: &Transport<'_, S>,
+    visible: Option<&VisibleEmission>,
+    long: LongPaths,
+    samples: u32,
+) -> Option<(Vec<Seen>, Allotment)> {
+    let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), transport.max_depth)?;
+    let (seen, rays) = pilot::look(transport, visible, of_set);
+    let settings = transport.scene.settings();
+    let size = [settings.width, settings.height].map(|side| side as usize);
+    let costs = Costs {
+        short: rays[0],
+        all: rays[1] + long.rays,
+        is_replaced: transport.max_depth <= SHORT,
+    };
+    let allotment = allot(&seen, size, long.variance, costs)?;
+    Some((seen, allotment))
 }
 
 /// Short paths that are traced together.
