@@ -40,7 +40,6 @@ pub(crate) struct VisibleEmission {
     /// The region of a pixel and its rays for each sample; none where methods see emission
     /// themselves.
     pixels: PixelTable<(Region, u16)>,
-    width: u32,
 }
 
 /// [`VisibleEmission`] of a method that makes frames, if requested: computed once for a camera at
@@ -102,11 +101,9 @@ impl VisibleEmission {
         let rays = allot(&spreads, cells.pixels(), budget);
         let pixels = marked.into_iter().zip(rays).filter(|(_, rays)| *rays > 0);
         let pixels = pixels.map(|((pixel, _, region), rays)| (pixel, (region, rays)));
-        let pixels = PixelTable::new(cells.pixels(), pixels);
-        (!pixels.is_empty()).then(|| Self {
-            pixels,
-            width: scene.settings().width,
-        })
+        let settings = scene.settings();
+        let pixels = PixelTable::new([settings.width, settings.height], pixels);
+        (!pixels.is_empty()).then_some(Self { pixels })
     }
 
     /// Whether the emission of surfaces that the pixel of this index sees is estimated here.
@@ -118,13 +115,7 @@ impl VisibleEmission {
     /// Of which of up to [`MAX_BATCH`] samples, bit by bit.
     #[inline(always)]
     pub fn taken(&self, ids: &[SampleId]) -> u64 {
-        let bit = |(place, id)| u64::from(self.takes(self.pixel(id))) << place;
-        ids.iter().take(MAX_BATCH).enumerate().map(bit).sum()
-    }
-
-    #[inline(always)]
-    fn pixel(&self, id: &SampleId) -> usize {
-        id.y as usize * self.width as usize + id.x as usize
+        self.pixels.valued(ids)
     }
 
     /// Adds the estimates of samples to `values`. Numbers are those of `points` under `seed`.
@@ -139,7 +130,7 @@ impl VisibleEmission {
     ) -> u64 {
         let (mut total, mut batch) = (0, RayBatch::default());
         for (place, id) in ids.iter().enumerate().take(values.len()) {
-            let Some((_, number)) = self.pixels.get(self.pixel(id)) else {
+            let Some((_, number)) = self.pixels.get(self.pixels.pixel(id)) else {
                 continue;
             };
             let number = u32::from(*number);
@@ -171,7 +162,7 @@ impl VisibleEmission {
         let mut looked_up: Option<(usize, Places, f32)> = None;
         for ray in 0..count {
             let id = &ids[batch.owner[ray]];
-            let pixel = self.pixel(id);
+            let pixel = self.pixels.pixel(id);
             if looked_up.as_ref().is_none_or(|(known, ..)| *known != pixel) {
                 looked_up = self.pixels.get(pixel).map(|(region, number)| {
                     let weight = region.share() / f32::from(*number);
@@ -209,14 +200,7 @@ impl VisibleEmission {
         image: &mut [Rgb],
     ) -> u64 {
         let rays = parallel::map(image.chunks_mut(MAX_BATCH), |batch, values| {
-            let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|place| {
-                let pixel = (batch * MAX_BATCH + place) as u32;
-                SampleId {
-                    x: pixel % self.width,
-                    y: pixel / self.width,
-                    index: frame,
-                }
-            });
+            let ids = self.pixels.samples(batch * MAX_BATCH, frame);
             self.add(scene, camera, names, &ids[..values.len()], values)
         });
         rays.into_iter().sum()
@@ -260,7 +244,7 @@ mod tests {
                     _ => Some((pixel, (region, rays))),
                 }
             });
-            visible.pixels = PixelTable::new(20 * 24, pixels);
+            visible.pixels = PixelTable::new([24, 20], pixels);
             let scale = match fault {
                 Some(Fault::NotAveraged) => 2.0,
                 _ => 1.0,

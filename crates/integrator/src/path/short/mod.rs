@@ -35,7 +35,6 @@ use pilot::Seen;
 pub(crate) struct ShortPaths {
     /// Samples for each of the method's; none where its paths find short paths' light themselves.
     pixels: PixelTable<u16>,
-    width: u32,
 }
 
 /// What a method does beside short paths, for each of its samples in a pixel.
@@ -82,21 +81,15 @@ impl ShortPaths {
         let samples = &allotment.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
-        let pixels = PixelTable::new(samples.len(), several);
-        let width = transport.scene.settings().width;
-        (!pixels.is_empty()).then_some(Self { pixels, width })
-    }
-
-    #[inline(always)]
-    fn pixel(&self, id: &SampleId) -> usize {
-        id.y as usize * self.width as usize + id.x as usize
+        let settings = transport.scene.settings();
+        let pixels = PixelTable::new([settings.width, settings.height], several);
+        (!pixels.is_empty()).then_some(Self { pixels })
     }
 
     /// Which of up to [`MAX_BATCH`] samples leave the light of short paths to this, bit by bit.
     #[inline(always)]
     pub fn taken(&self, ids: &[SampleId]) -> u64 {
-        let bit = |(place, id)| u64::from(self.pixels.contains(self.pixel(id))) << place;
-        ids.iter().take(MAX_BATCH).enumerate().map(bit).sum()
+        self.pixels.valued(ids)
     }
 
     /// Adds the light of short paths to the values of the samples that leave it to this. Rays are
@@ -130,7 +123,7 @@ impl ShortPaths {
             batch.count = 0;
         };
         for (owner, id) in ids.iter().enumerate() {
-            let Some(&samples) = self.pixels.get(self.pixel(id)) else {
+            let Some(&samples) = self.pixels.get(self.pixels.pixel(id)) else {
                 continue;
             };
             let samples = u32::from(samples);
@@ -157,15 +150,7 @@ impl ShortPaths {
         image: &mut [Rgb],
     ) {
         parallel::for_each_chunk(image, MAX_BATCH, |start, values| {
-            let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|place| {
-                let pixel = (start + place) as u32;
-                SampleId {
-                    x: pixel % self.width,
-                    y: pixel / self.width,
-                    index: frame,
-                }
-            });
-            let ids = &ids[..values.len()];
+            let ids = &self.pixels.samples(start, frame)[..values.len()];
             self.add(transport, visible, words, Some(tally), (ids, values));
         });
     }

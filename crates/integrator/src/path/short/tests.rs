@@ -19,8 +19,8 @@ const PIXELS: usize = (WIDTH * HEIGHT) as usize;
 /// Two thirds of the pixels have short paths of their own, one to five a sample.
 fn some() -> Option<ShortPaths> {
     let samples = |pixel: u32| (!pixel.is_multiple_of(3)).then_some((pixel, (pixel % 5 + 1) as u16));
-    let pixels = PixelTable::new(PIXELS, (0..PIXELS as u32).filter_map(samples));
-    Some(ShortPaths { pixels, width: WIDTH })
+    let pixels = PixelTable::new([WIDTH, HEIGHT], (0..PIXELS as u32).filter_map(samples));
+    Some(ShortPaths { pixels })
 }
 
 fn scene(mut description: SceneDescription, longest: u32) -> Scene {
