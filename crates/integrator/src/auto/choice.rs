@@ -69,7 +69,7 @@ pub struct Trial {
     /// The part of the squared error that it takes away from plain paths by sharing them; 0 of
     /// methods that share nothing.
     pub shared: f64,
-    /// What several samples of short paths, which the pilot did without, make of cost and error.
+    /// What short paths in an image, of which the pilot shows too little, make of cost and error.
     pub short: ShortGain,
     /// Whether its images hold any light. Without any they have no error, which proves nothing.
     pub is_lit: bool,

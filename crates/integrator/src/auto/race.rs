@@ -4,7 +4,7 @@ use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::emitter_samples::{TRIED, best_number};
-use super::foreseen::ShortGain;
+use super::foreseen::{ShortGain, ShortLooks};
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
@@ -22,6 +22,9 @@ const FEW_FRAMES: u32 = 4;
 /// with one, chosen alike: a pilot has few of its dear samples, of which one outlier is easily
 /// all of the error.
 const AS_CERTAIN: f64 = 0.8;
+
+/// Samples of a pilot in each pixel from which on short paths are looked at longer.
+const MANY_SAMPLES: u32 = 8;
 
 /// What short paths may bring, about at most: candidates with more cost times error than this, in
 /// parts of the best one's, are not asked.
@@ -61,7 +64,7 @@ fn is_path_alike(method: &Method, other: &Method) -> bool {
 }
 
 /// Whether a method is paths with several.
-fn has_several_samples(method: &Method) -> bool {
+pub(super) fn has_several_samples(method: &Method) -> bool {
     method.name() == "path" && method.values().light_samples() > 1
 }
 
@@ -141,25 +144,40 @@ impl Race<'_, '_> {
 
     /// Adds what short paths bring, where that may change the choice.
     fn foresee_short_paths(&mut self, done: &[(Method, Images)]) -> Result<(), MethodError> {
-        let Some(best) = self.best() else {
+        let weights = self.weights(done);
+        let of_set = if self.plan.samples < MANY_SAMPLES { 2 } else { 4 };
+        let mut looks = ShortLooks::new(self.stage, of_set);
+        if let Some([one, several]) = self.told_by_one(done)
+            && let trials = [one, several].map(|place| &self.trials[place])
+            && let Some([error, relative]) = looks.errors_of_several(trials, &weights)?
+        {
+            let certain = self.trials[one].certain;
+            let several = &mut self.trials[several];
+            (several.error, several.relative, several.certain) = (error, relative, certain);
+        }
+        let Some(best) = self.best().map(|best| self.trials[best].merit()) else {
             return Ok(());
         };
-        let [best, first] = [best, 0].map(|place| (self.trials[place].merit(), self.trials[place].cost));
-        let weights = self.weights(done);
+        let first = self.trials[0].cost;
         for trial in &mut self.trials {
-            if trial.merit() > MOST_SHORT_GAIN * best.0 {
-                continue;
-            }
-            let frames = f64::from(self.task.samples) * first.1 / trial.cost;
-            let foreseen = trial
-                .method
-                .foreseen_short_paths(self.stage, frames.round() as u32)?;
-            if let Some(foreseen) = foreseen {
-                let errors = [trial.error, trial.relative].map(|error| f64::from(trial.frames) * error);
-                trial.short = ShortGain::of(&foreseen, errors, &weights);
+            if trial.merit() <= MOST_SHORT_GAIN * best {
+                let frames = f64::from(self.task.samples) * first / trial.cost;
+                trial.short = looks.gain(trial, frames, &weights)?;
             }
         }
         Ok(())
+    }
+
+    /// Trials of paths with one emitter sample and with several, chosen alike, where frames that
+    /// share paths tell the error of the former.
+    fn told_by_one(&self, done: &[(Method, Images)]) -> Option<[usize; 2]> {
+        let place = |is: &dyn Fn(&Method) -> bool| self.trials.iter().position(|trial| is(&trial.method));
+        let several = place(&has_several_samples)?;
+        let one = place(&|method| is_path_alike(method, &self.trials[several].method))?;
+        let tells = |(method, images): &(Method, Images)| {
+            images.tells_plain_errors() && is_path_alike(&self.trials[one].method, method)
+        };
+        done.iter().any(tells).then_some([one, several])
     }
 
     /// The weights of pixels in relative errors.

@@ -39,7 +39,7 @@ use observer::{NoObserver, PathObserver};
 use pixels::{Pixels, SHORT};
 use purpose::{Purpose, ending_surface};
 use scattering::SurfaceVertex;
-use short::{Foreseen, LongPaths, ShortPaths};
+use short::{LongPaths, ShortLook, ShortPaths};
 use std::sync::Arc;
 use transport::{PathState, Shadow, Transport};
 
@@ -139,10 +139,9 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
         self
     }
 
-    /// What short paths are foreseen to bring beside such longer ones in an image of `samples`
-    /// samples, or frames, in each pixel; `None` where they bring too little.
-    pub(crate) fn foreseen_short_paths(&self, long: LongPaths, samples: u32) -> Option<Foreseen> {
-        Foreseen::new(&self.transport, self.visible.as_deref(), long, samples)
+    /// What a pilot sees of short paths, with so many in each of its sets.
+    pub(crate) fn short_look(&self, of_set: usize) -> ShortLook {
+        ShortLook::new(&self.transport, self.visible.as_deref(), of_set)
     }
 }
 

@@ -4,12 +4,12 @@ use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::idle::idle_option;
-use super::methods::{METHODS, PATH_REUSE, foreseen_short_paths, path_reuse};
+use super::methods::{METHODS, PATH_REUSE, long_paths, path_reuse, short_look};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
 use crate::guided::GuideKind;
-use crate::path::short::Foreseen;
+use crate::path::short::{LongPaths, ShortLook};
 use crate::{AnyEmitters, PathReuse};
 use std::fmt;
 use std::str::FromStr;
@@ -189,19 +189,22 @@ impl Method {
         started.map(Some).map_err(|reason| self.refused(reason))
     }
 
-    /// What several samples of short paths are foreseen to bring an image of `samples` samples or
-    /// frames; `None` where they bring too little, and of methods that have none.
+    /// What the method does beside short paths; `None` if it does not know them, or paths do not go
+    /// as plain ones do.
+    pub(crate) fn long_paths(&self, stage: &Stage<'_>) -> Option<LongPaths> {
+        let values = &self.values;
+        let is_plain = values.guided_paths().is_none() && values.cached_paths(stage.scene()).is_none();
+        long_paths(self.entry.name, values).filter(|_| is_plain)
+    }
+
+    /// What a pilot sees of short paths, with so many in each of its sets.
     ///
     /// # Errors
     /// Those of [`Method::start`].
-    pub(crate) fn foreseen_short_paths(
-        &self,
-        stage: &Stage<'_>,
-        samples: u32,
-    ) -> Result<Option<Foreseen>, MethodError> {
+    pub(crate) fn short_look(&self, stage: &Stage<'_>, of_set: usize) -> Result<ShortLook, MethodError> {
         self.check_start(stage)?;
-        let foreseen = foreseen_short_paths(self.entry.name, (stage, &self.values), samples);
-        foreseen.map_err(|reason| self.refused(reason))
+        let look = short_look(stage, &self.values, of_set);
+        look.map_err(|reason| self.refused(reason))
     }
 
     fn check_start(&self, stage: &Stage<'_>) -> Result<(), MethodError> {

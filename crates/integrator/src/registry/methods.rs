@@ -7,7 +7,7 @@ use super::entry::MethodEntry;
 use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
-use crate::path::short::{Foreseen, LongPaths};
+use crate::path::short::{LongPaths, ShortLook};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
     LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer, RestirDi, RestirDiSettings,
@@ -545,24 +545,24 @@ fn plain_tracer<'b, S: EmitterSampler + 'b>(
     }
 }
 
-/// What short paths are foreseen to bring a method in an image of `samples` samples or frames.
-pub(super) fn foreseen_short_paths(
-    name: &str,
-    (stage, values): (&Stage<'_>, &MethodValues),
-    samples: u32,
-) -> Result<Option<Foreseen>, String> {
-    let is_plain = values.guided_paths().is_none() && values.cached_paths(stage.scene()).is_none();
-    let long = match name {
-        "path" if is_plain => LongPaths::ALONE,
-        PATH_REUSE => LongPaths::SHARED,
-        "restir-pt-offline" if values.shares_paths() => LongPaths::SHARED,
-        _ => return Ok(None),
-    };
-    if !values.several_short_paths() {
-        return Ok(None);
+/// What a method does beside short paths; `None` of methods that do not know them.
+pub(super) fn long_paths(name: &str, values: &MethodValues) -> Option<LongPaths> {
+    match name {
+        "path" => Some(LongPaths::ALONE),
+        PATH_REUSE => Some(LongPaths::SHARED),
+        "restir-pt-offline" if values.shares_paths() => Some(LongPaths::SHARED),
+        _ => None,
     }
+}
+
+/// What a pilot sees of the short paths of a method, with so many in each of its sets.
+pub(super) fn short_look(
+    stage: &Stage<'_>,
+    values: &MethodValues,
+    of_set: usize,
+) -> Result<ShortLook, String> {
     let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
-    Ok(tracer.foreseen_short_paths(long, samples))
+    Ok(tracer.short_look(of_set))
 }
 
 /// Paths of two edges.

@@ -2,11 +2,9 @@
 
 use super::pilot::Seen;
 
-/// What samples cost, in rays.
+/// What a method's samples cost, in rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Costs {
-    /// A short path.
-    pub short: f32,
     /// A sample of the method.
     pub all: f32,
     /// Whether the method has nothing to do in a pixel whose short paths have samples of their own.
@@ -40,17 +38,15 @@ pub struct Allotment {
     pub left: Vec<f32>,
     /// What a sample costs with them, in parts of what it costs without.
     pub cost: f32,
-    /// The least variance of longer paths, in parts of that of one short path each.
-    pub least_long: f32,
 }
 
 /// The numbers of short paths that have the least product of cost and error; `None` where they
 /// gain too little. `long` is the variance of longer paths, in parts of what was seen.
 ///
-/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c k`. The error is
+/// With `k` paths, pixel `i` has the error `e_i = v_i / k + l_i`, at the cost `c_i k`. The error is
 /// the mean of the image's squared error and of its squared relative error, each in parts of what
-/// it is with one path everywhere. For a given cost it is least if one more path takes as much from
-/// the error in every pixel (Neyman 1934). So one number says all: the least `g` that a path must
+/// it is with one path everywhere. For a given cost it is least if one more ray takes as much from
+/// the error in every pixel (Neyman 1934). So one number says all: the least `g` that a ray must
 /// take away. All powers of two are tried. Numbers that follow from one half of the pilot are
 /// judged by the other: a bright path that the half has not met counts as an error that they leave.
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
@@ -61,13 +57,12 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
     let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
-    let has_long = !costs.is_replaced && seen.iter().any(|seen| seen.long > 0.0);
-    let least_long = if has_long { UNSEEN } else { 0.0 };
+    let least_long = least_long(seen, costs.is_replaced);
     let errors = |weight: &dyn Fn(usize) -> f64| {
         let short = mean(&|i| weight(i) * short_of(i));
-        let long = match has_long {
-            true => mean(&|i| weight(i) * long_of(i)),
-            false => 0.0,
+        let long = match costs.is_replaced {
+            true => 0.0,
+            false => mean(&|i| weight(i) * long_of(i)),
         };
         (short, long.max(least_long * short))
     };
@@ -90,23 +85,20 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(1))
     };
     let judge = |gain: f64| {
-        let (mut error, mut paths, mut replaced) = (0.0, 0.0, 0.0);
+        let (mut error, mut rays, mut replaced) = (0.0, 0.0, 0.0);
         for (half, numbers) in halves.iter().enumerate() {
             for (pixel, &variance) in numbers.iter().enumerate() {
-                let samples = samples_of(variance, gain);
+                let cost = f64::from(seen[pixel].cost);
+                let samples = samples_of(variance, gain * cost);
                 error += share[pixel] * left(half, pixel, samples);
-                paths += f64::from(samples);
-                replaced += f64::from(u32::from(samples > 0));
+                rays += cost * f64::from(samples);
+                replaced += if samples > 0 { cost } else { 0.0 };
             }
         }
         let of_pixel = |sum: f64| sum / (2.0 * pixels);
-        let (short, all) = (f64::from(costs.short), f64::from(costs.all));
-        let saved = if costs.is_replaced {
-            all * of_pixel(replaced)
-        } else {
-            0.0
-        };
-        let cost = (all + short * of_pixel(paths) - saved) / all;
+        let all = f64::from(costs.all);
+        let saved = if costs.is_replaced { replaced } else { 0.0 };
+        let cost = (all + of_pixel(rays - saved)) / all;
         match cost <= DEAREST {
             true => ((rest + of_pixel(error)) * cost, cost),
             false => (f64::INFINITY, cost),
@@ -117,16 +109,23 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         .map(|gain| (judge(gain), gain));
     let ((least, cost), gain) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
     let numbers = |pixel: usize| [0, 1].map(|half| halves[half][pixel]);
-    let samples = (0..seen.len()).map(|i| samples_of(numbers(i).iter().sum::<f64>() / 2.0, gain) as u16);
-    let of_halves = |i: usize| [0, 1].map(|half| left(half, i, samples_of(numbers(i)[half], gain)));
+    let of_pixel = |i: usize, variance: f64| samples_of(variance, gain * f64::from(seen[i].cost));
+    let samples = (0..seen.len()).map(|i| of_pixel(i, numbers(i).iter().sum::<f64>() / 2.0) as u16);
+    let of_halves = |i: usize| [0, 1].map(|half| left(half, i, of_pixel(i, numbers(i)[half])));
     (least * LEAST_GAIN < 1.0).then(|| Allotment {
         samples: samples.collect(),
         left: (0..seen.len())
             .map(|i| (of_halves(i).iter().sum::<f64>() / 2.0) as f32)
             .collect(),
         cost: cost as f32,
-        least_long: least_long as f32,
     })
+}
+
+/// The least variance of longer paths, in parts of that of one short path each: none where there
+/// are no longer paths, or where nobody has seen light come by one.
+pub fn least_long(seen: &[Seen], are_all_short: bool) -> f64 {
+    let has_long = !are_all_short && seen.iter().any(|seen| seen.long > 0.0);
+    if has_long { UNSEEN } else { 0.0 }
 }
 
 /// The power of two of paths of which the last still take `gain` each, if there are two or more: 0
@@ -163,7 +162,6 @@ mod tests {
 
     const SIZE: [usize; 2] = [32, 24];
     const COSTS: Costs = Costs {
-        short: 1.0,
         all: 8.0,
         is_replaced: false,
     };
@@ -175,6 +173,7 @@ mod tests {
             short: short(x, y),
             long: 0.01,
             brightness: 1.0,
+            cost: 1.0,
         });
         seen.collect()
     }
@@ -206,6 +205,22 @@ mod tests {
         assert_eq!(allot(&seen, SIZE, 1.0, COSTS), None);
     }
 
+    /// Where half of the image is a sky that costs next to nothing, the mean cost of a path says
+    /// little: objects that vary alike everywhere gain nothing.
+    /// Planted fault: the mean cost for each pixel's.
+    #[test]
+    fn dear_pixels_pay_their_own_cost() {
+        let mut seen = image(|x, _| if x < 16 { [1.0; 2] } else { [0.0; 2] });
+        for (pixel, seen) in seen.iter_mut().enumerate() {
+            (seen.cost, seen.long) = (if pixel % SIZE[0] < 16 { 1.9 } else { 0.1 }, 0.1);
+        }
+        let costs = Costs { all: 4.0, ..COSTS };
+        assert_eq!(allot(&seen, SIZE, 1.0, costs), None);
+        // Where the objects cost little as well, they do.
+        seen.iter_mut().for_each(|seen| seen.cost = 0.1);
+        assert!(allot(&seen, SIZE, 1.0, costs).is_some());
+    }
+
     /// Where variance is the same everywhere, where there is none, or where short paths are dear,
     /// there are no further samples; nor more than may be paid for.
     #[test]
@@ -213,15 +228,15 @@ mod tests {
         let none = |seen: &[Seen], costs: Costs| {
             assert_eq!(allot(seen, SIZE, 1.0, costs), None);
         };
-        none(&image(|_, _| [1.0; 2]), Costs { short: 8.0, ..COSTS });
+        none(&image(|_, _| [1.0; 2]), Costs { all: 1.0, ..COSTS });
         none(&image(|_, _| [0.0; 2]), COSTS);
         none(&vec![Seen::default(); SIZE[0] * SIZE[1]], COSTS);
-        none(&image(|_, _| [1e30; 2]), Costs { short: 8.0, ..COSTS });
+        none(&image(|_, _| [1e30; 2]), Costs { all: 1.0, ..COSTS });
         let edge = image(|x, _| if x == 10 { [100.0; 2] } else { [0.01; 2] });
-        none(&edge, Costs { short: 8e3, ..COSTS });
+        none(&edge, Costs { all: 1e-3, ..COSTS });
         let half = image(|x, _| if x < 16 { [1.0; 2] } else { [0.0; 2] });
         let costs = Costs {
-            short: 8.0,
+            all: 1.0,
             is_replaced: true,
             ..COSTS
         };

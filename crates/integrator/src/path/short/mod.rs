@@ -14,7 +14,7 @@ use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use crate::pixel_table::PixelTable;
 use crate::visible_emission::VisibleEmission;
-use allotment::{Allotment, Costs, allot};
+use allotment::{Allotment, Costs, allot, least_long};
 use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
@@ -42,8 +42,6 @@ pub(crate) struct ShortPaths {
 pub(crate) struct LongPaths {
     /// The variance of the light of longer paths, in parts of that of a path.
     pub variance: f32,
-    /// Rays beside those of a path.
-    pub rays: f32,
     /// About what a sample costs, in paths.
     pub paths: u32,
 }
@@ -52,14 +50,12 @@ impl LongPaths {
     /// Paths.
     pub const ALONE: Self = Self {
         variance: 1.0,
-        rays: 0.0,
         paths: 1,
     };
-    /// Paths that pixels share: with 64 samples a pixel 9 to 25 times less variance in five scenes,
-    /// and 9 to 16 connections, which cost half a ray each.
+    /// Paths that pixels share: with 64 samples a pixel 9 to 25 times less variance in five scenes.
+    /// A frame costs 1.5 to 2.3 paths a pixel.
     pub const SHARED: Self = Self {
         variance: 0.1,
-        rays: 7.0,
         paths: 2,
     };
 }
@@ -77,8 +73,8 @@ impl ShortPaths {
         long: LongPaths,
         samples: u32,
     ) -> Option<Self> {
-        let (_, allotment) = look(transport, visible, long, samples)?;
-        let samples = &allotment.samples;
+        let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), transport.max_depth)?;
+        let samples = ShortLook::new(transport, visible, of_set).allot(long)?.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
         let settings = transport.scene.settings();
@@ -156,7 +152,64 @@ impl ShortPaths {
     }
 }
 
-/// What several samples of short paths are foreseen to bring a method.
+/// What a pilot has seen of short paths.
+pub(crate) struct ShortLook {
+    seen: Vec<Seen>,
+    size: [usize; 2],
+    /// Paths of a set, which were stratified together.
+    of_set: usize,
+    /// Rays of a whole path.
+    rays: f32,
+    /// Whether there are no longer paths.
+    are_all: bool,
+}
+
+impl ShortLook {
+    /// Looks at the pixels of the scene's image with so many paths in each of the pilot's sets.
+    pub fn new<S: EmitterSampler>(
+        transport: &Transport<'_, S>,
+        visible: Option<&VisibleEmission>,
+        of_set: usize,
+    ) -> Self {
+        let (seen, rays) = pilot::look(transport, visible, of_set);
+        let settings = transport.scene.settings();
+        Self {
+            seen,
+            size: [settings.width, settings.height].map(|side| side as usize),
+            of_set,
+            rays,
+            are_all: transport.max_depth <= SHORT,
+        }
+    }
+
+    /// The samples that pixels get beside such longer paths; `None` where they gain too little.
+    fn allot(&self, long: LongPaths) -> Option<Allotment> {
+        let costs = Costs {
+            all: self.rays * long.paths as f32,
+            is_replaced: self.are_all,
+        };
+        allot(&self.seen, self.size, long.variance, costs)
+    }
+
+    /// What short paths do in an image of `samples` samples, or frames, in each pixel.
+    pub fn foreseen(&self, long: LongPaths, samples: u32) -> Foreseen {
+        let is_looked_at = pilot::paths_of_set(samples.saturating_mul(long.paths), u32::MAX).is_some();
+        let allotment = is_looked_at.then(|| self.allot(long)).flatten();
+        let one = self.seen.iter().map(Seen::short_variance);
+        let variances = one.enumerate().map(|(pixel, one)| {
+            let left = allotment.as_ref().map(|allotment| allotment.left[pixel] / 3.0);
+            [one, left.unwrap_or(one)]
+        });
+        Foreseen {
+            variances: variances.collect(),
+            cost: allotment.as_ref().map_or(1.0, |allotment| allotment.cost),
+            least_long: least_long(&self.seen, self.are_all) as f32,
+            stratified: self.of_set as u32,
+        }
+    }
+}
+
+/// What short paths do in an image.
 pub(crate) struct Foreseen {
     /// Variance of the light of short paths in each pixel, in the mean over colours: of one path,
     /// and with the samples that the pixel gets.
@@ -166,45 +219,8 @@ pub(crate) struct Foreseen {
     /// The least variance of longer paths, in parts of that of short ones: rare bright paths are
     /// not seen.
     pub least_long: f32,
-}
-
-impl Foreseen {
-    /// What [`ShortPaths::new`] would do with these values; `None` where it does nothing.
-    pub fn new<S: EmitterSampler>(
-        transport: &Transport<'_, S>,
-        visible: Option<&VisibleEmission>,
-        long: LongPaths,
-        samples: u32,
-    ) -> Option<Self> {
-        let (seen, allotment) = look(transport, visible, long, samples)?;
-        let pixels = seen.iter().zip(&allotment.left);
-        let variances = pixels.map(|(seen, left)| [(seen.short[0] + seen.short[1]) / 6.0, left / 3.0]);
-        Some(Self {
-            variances: variances.collect(),
-            cost: allotment.cost,
-            least_long: allotment.least_long,
-        })
-    }
-}
-
-/// What a pilot sees, and the samples that pixels get by it.
-fn look<S: EmitterSampler>(
-    transport: &Transport<'_, S>,
-    visible: Option<&VisibleEmission>,
-    long: LongPaths,
-    samples: u32,
-) -> Option<(Vec<Seen>, Allotment)> {
-    let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), transport.max_depth)?;
-    let (seen, rays) = pilot::look(transport, visible, of_set);
-    let settings = transport.scene.settings();
-    let size = [settings.width, settings.height].map(|side| side as usize);
-    let costs = Costs {
-        short: rays[0],
-        all: rays[1] + long.rays,
-        is_replaced: transport.max_depth <= SHORT,
-    };
-    let allotment = allot(&seen, size, long.variance, costs)?;
-    Some((seen, allotment))
+    /// Samples that were stratified together.
+    pub stratified: u32,
 }
 
 /// Short paths that are traced together.

@@ -18,6 +18,15 @@ pub struct Seen {
     pub long: f32,
     /// Mean radiance, the sum of the colours.
     pub brightness: f32,
+    /// Rays of a short path, in the mean over this pixel and some beside it.
+    pub cost: f32,
+}
+
+impl Seen {
+    /// Variance of the light of a short path, in the mean over colours.
+    pub fn short_variance(&self) -> f32 {
+        (self.short[0] + self.short[1]) / 6.0
+    }
 }
 
 /// Sets of short paths in a pixel, each stratified alone. The first paths of some are followed to
@@ -42,8 +51,8 @@ const LAST_EDGE: f64 = 0.5;
 /// What a pilot may cost, in parts of the image's work.
 const SHARE: f32 = 0.05;
 
-/// About what a short path costs, in whole ones.
-const SHORT_PATH: f32 = 0.3;
+/// About what a short path costs, in whole ones: 0.2 to 0.3 in rooms, nearly 1 under a sky.
+const SHORT_PATH: f32 = 0.4;
 
 /// Paths of a set, a power of two, in a pilot for an image of `samples` samples by paths of at most
 /// `longest` edges. `None` where its share is too small for two.
@@ -59,26 +68,24 @@ pub fn paths_of_set(samples: u32, longest: u32) -> Option<usize> {
 }
 
 /// What is seen in all pixels of the image, row by row, with so many paths in each set; and the
-/// costs of a short path and of a whole one, in rays.
+/// cost of a whole path, in rays.
 pub fn look<S: EmitterSampler>(
     transport: &Transport<'_, S>,
     visible: Option<&VisibleEmission>,
     of_set: usize,
-) -> (Vec<Seen>, [f32; 2]) {
+) -> (Vec<Seen>, f32) {
     let settings = transport.scene.settings();
     let mut seen = vec![Seen::default(); (settings.width * settings.height) as usize];
-    let mut tallies = [RayTally::default(), RayTally::default()];
+    let mut followed = RayTally::default();
     parallel::for_each_chunk(&mut seen, TOGETHER, |start, seen| {
-        look_at((transport, visible), of_set, start, seen, &tallies);
+        look_at((transport, visible), of_set, start, seen, &followed);
     });
     let pixels = seen.len().max(1) as f64;
-    let [short, all] = tallies.each_mut().map(RayTally::take);
-    let short = cost(short, LAST_EDGE) / (pixels * (SETS * of_set) as f64);
     let all = match transport.max_depth > SHORT {
-        true => cost(all, 1.0) / (pixels * FOLLOWED as f64),
-        false => short,
+        true => cost(followed.take(), 1.0) / (pixels * FOLLOWED as f64),
+        false => seen.iter().map(|seen| f64::from(seen.cost)).sum::<f64>() / pixels,
     };
-    (seen, [short as f32, all as f32])
+    (seen, all as f32)
 }
 
 fn cost(rays: RayCounts, path: f64) -> f64 {
@@ -91,8 +98,9 @@ fn look_at<S: EmitterSampler>(
     of_set: usize,
     start: usize,
     seen: &mut [Seen],
-    tallies: &[RayTally; 2],
+    followed: &RayTally,
 ) {
+    let mut tally = RayTally::default();
     let width = transport.scene.settings().width as usize;
     let id = |pixel: usize, index: usize| SampleId {
         x: ((start + pixel) % width) as u32,
@@ -112,18 +120,19 @@ fn look_at<S: EmitterSampler>(
             let longest = longest.min(transport.max_depth);
             paths_up_to(longest, transport, visible, words, ids, Some(tally))
         };
-        let found = trace(SHORT, &ids[..seen.len() * of_set], &tallies[0]);
+        let found = trace(SHORT, &ids[..seen.len() * of_set], &tally);
         for (means, found) in means.iter_mut().zip(found.chunks(of_set)) {
             means[set] = found.iter().sum::<Rgb>() / of_set as f32;
         }
         if set < FOLLOWED && transport.max_depth > SHORT {
             // The same numbers, so these are the same paths, to their ends.
-            let whole = trace(u32::MAX, &firsts[..seen.len()], &tallies[1]);
+            let whole = trace(u32::MAX, &firsts[..seen.len()], followed);
             for (pixel, longs) in longs.iter_mut().enumerate() {
                 longs[set] = whole[pixel] - found[pixel * of_set];
             }
         }
     }
+    let cost = cost(tally.take(), LAST_EDGE) / (seen.len() * SETS * of_set).max(1) as f64;
     for ((seen, means), longs) in seen.iter_mut().zip(&means).zip(&longs) {
         let variance = |one: Rgb, other: Rgb| (one - other).length_squared() / 2.0;
         let [short, long] = [&means[..], longs].map(|values| values.iter().sum::<Rgb>().element_sum());
@@ -131,6 +140,7 @@ fn look_at<S: EmitterSampler>(
             short: [0, 2].map(|set| sound(variance(means[set], means[set + 1]) * of_set as f32)),
             long: sound(variance(longs[0], longs[1])),
             brightness: sound(short / SETS as f32 + long / FOLLOWED as f32),
+            cost: cost as f32,
         };
     }
 }

@@ -1,6 +1,7 @@
 //! What pixels gain by sharing paths.
 
-use super::{Light, Sharing, weights};
+use super::weights::weights;
+use super::{Light, Sharing};
 use crate::path::reuse::tree::Trees;
 use crate::path::scattered_lanes::load_rows;
 use lightshed_lanes::{Column, LaneKernel, LaneMask, Lanes};
