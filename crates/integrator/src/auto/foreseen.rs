@@ -6,6 +6,7 @@
 //! variance of short paths in the pilot's blocks.
 
 use super::choice::Trial;
+use super::pilot::certain;
 use super::race::has_several_samples;
 use crate::path::short::{Foreseen, ShortLook};
 use crate::registry::{Method, MethodError, Stage};
@@ -48,15 +49,14 @@ impl ShortGain {
     ) -> Self {
         let known = f64::from(foreseen.stratified);
         let [then, now] = [tried, frames].map(|frames| stratified(frames, known));
-        let factor = |error: f64, [one, left]: [f64; 2]| {
-            let rest = (error - then * one).max(f64::from(foreseen.least_long) * now * one);
-            let factor = (rest + now * left) / (rest + then * one);
-            if factor.is_finite() { factor } else { 1.0 }
-        };
-        let [own, weighed] = means(foreseen, weights);
+        let short = means(foreseen, weights);
+        let factors: Errors = std::array::from_fn(|n| {
+            let [one, left] = short[n];
+            replaced(foreseen, errors[n], [then * one, now * left])
+        });
         Self {
             cost: f64::from(foreseen.cost),
-            error: (factor(errors[0], own) * factor(errors[1], weighed)).sqrt(),
+            error: (factors[0] * factors[1]).sqrt(),
         }
     }
 
@@ -66,7 +66,15 @@ impl ShortGain {
     }
 }
 
-/// Mean variances by one short path and by what pixels get, without weights and with them.
+/// A factor of an error where other short paths take the place of those in it.
+fn replaced(foreseen: &Foreseen, error: f64, [before, after]: [f64; 2]) -> f64 {
+    let rest = (error - before).max(f64::from(foreseen.least_long) * before);
+    let factor = (rest + after) / (rest + before);
+    if factor.is_finite() { factor } else { 1.0 }
+}
+
+/// Mean variances by one short path and by what pixels get, without weights and with them, as far
+/// as they are certain.
 fn means(foreseen: &Foreseen, weights: &[f64]) -> [[f64; 2]; 2] {
     let pixels = foreseen.variances.len().max(1) as f64;
     let mean = |weight: &dyn Fn(usize) -> f64| {
@@ -75,7 +83,11 @@ fn means(foreseen: &Foreseen, weights: &[f64]) -> [[f64; 2]; 2] {
             let weight = weight(pixel);
             [one + weight * f64::from(a), left + weight * f64::from(b)]
         });
-        sum.map(|sum| sum / pixels)
+        let values = foreseen.variances.iter().enumerate();
+        let values: Vec<f64> = values
+            .map(|(pixel, &[one, _])| weight(pixel) * f64::from(one))
+            .collect();
+        sum.map(|sum| certain(&values) * sum / pixels)
     };
     [mean(&|_| 1.0), mean(&|pixel| weights[pixel])]
 }
@@ -148,11 +160,10 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         let [then, now] = frames.map(|frames| stratified(frames, known));
         let [short, fewer] = [&by_one, &by_several].map(|foreseen| means(foreseen, weights));
         let errors = [one.error, one.relative].map(|error| frames[0] * error);
-        let of = |n: usize| {
-            let rest = (errors[n] - then * short[n][0]).max(f64::from(by_one.least_long) * now * short[n][0]);
-            (rest + now * fewer[n][0]) / frames[1]
-        };
-        Ok(Some([of(0), of(1)]))
+        Ok(Some(std::array::from_fn(|n| {
+            let paths = [then * short[n][0], now * fewer[n][0]];
+            errors[n] * replaced(&by_one, errors[n], paths) / frames[1]
+        })))
     }
 }
 
@@ -165,7 +176,7 @@ mod tests {
 
     fn foreseen(least_long: f32) -> Foreseen {
         Foreseen {
-            variances: vec![[1.0, 1.0], [7.0, 1.0]],
+            variances: vec![[4.0, 1.0]; 2],
             cost: 1.5,
             least_long,
             stratified: 4,
@@ -177,7 +188,7 @@ mod tests {
     #[test]
     fn the_rest_of_the_error_stays() {
         let of = |least_long: f32, errors: Errors| {
-            let gain = ShortGain::of(&foreseen(least_long), errors, [4.0; 2], &[1.0, 1.0 / 7.0]);
+            let gain = ShortGain::of(&foreseen(least_long), errors, [4.0; 2], &[0.5; 2]);
             assert_eq!(gain.cost, 1.5);
             gain.error
         };

@@ -252,7 +252,7 @@ impl Images {
 
 /// `(S₁ − √S₂) / S₁` of the values' sum and the sum of the squares of what they differ by from
 /// their mean: the standard error of the sum.
-fn certain(values: &[f64]) -> f64 {
+pub(super) fn certain(values: &[f64]) -> f64 {
     let total: f64 = values.iter().sum();
     let mean = total / values.len().max(1) as f64;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();

@@ -13,11 +13,6 @@ pub(super) const MANY_EMITTERS: usize = 64;
 /// are rare emitters near by, which a pilot may not meet.
 const TREE: f64 = 2.0;
 
-/// What the errors of several emitter samples at a point are multiplied with, where there are many
-/// lamps: a pilot has few of these dear samples, and in five of six scenes it showed 1.1 to 1.7
-/// times as much error beside paths as an image has (0.7 in the sixth).
-const SEVERAL_SAMPLES: f64 = 0.8;
-
 /// What sharing paths is given, at most, and where it takes away next to nothing of the error.
 /// Where it loses, it loses no more than its frames cost; where it gains, part of that is in paths
 /// too rare for a pilot. It is counted dearer there, too: in few blocks the mean brightness of
@@ -71,7 +66,6 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
         "path-reuse" => 1.0 / sharing,
-        "path" if method.values().light_samples() > 1 => SEVERAL_SAMPLES,
         "volpath-reuse" => 1.0 / (1.0 + SHARING_RARE_IN_MEDIA * rare),
         _ => 1.0,
     };
@@ -145,7 +139,7 @@ mod tests {
     fn priors_are_for_what_pilots_miss() {
         assert_eq!([of("path", 1000, 0.5), of("path:bvh", 63, 0.5)], [1.0; 2]);
         assert_eq!([of("path:bvh", 64, 0.0), of("direct:bvh", 64, 0.9)], [0.5; 2]);
-        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5 * SEVERAL_SAMPLES);
+        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5);
         assert_eq!(
             [of("path-reuse", 64, 0.0), of("path-reuse:bvh", 64, 0.0)],
             [1.0, 0.5]
