@@ -73,8 +73,7 @@ fn replaced(foreseen: &Foreseen, error: f64, [before, after]: [f64; 2]) -> f64 {
     if factor.is_finite() { factor } else { 1.0 }
 }
 
-/// Mean variances by one short path and by what pixels get, without weights and with them, as far
-/// as they are certain.
+/// Mean variances by one short path and by what pixels get, without weights and with them.
 fn means(foreseen: &Foreseen, weights: &[f64]) -> [[f64; 2]; 2] {
     let pixels = foreseen.variances.len().max(1) as f64;
     let mean = |weight: &dyn Fn(usize) -> f64| {
@@ -83,11 +82,20 @@ fn means(foreseen: &Foreseen, weights: &[f64]) -> [[f64; 2]; 2] {
             let weight = weight(pixel);
             [one + weight * f64::from(a), left + weight * f64::from(b)]
         });
-        let values = foreseen.variances.iter().enumerate();
-        let values: Vec<f64> = values
+        sum.map(|sum| sum / pixels)
+    };
+    [mean(&|_| 1.0), mean(&|pixel| weights[pixel])]
+}
+
+/// Mean variances by one short path, without weights and with them, as far as they are certain: one
+/// outlier is easily all of such a variance.
+fn certain_means(foreseen: &Foreseen, weights: &[f64]) -> Errors {
+    let mean = |weight: &dyn Fn(usize) -> f64| {
+        let pixels = foreseen.variances.iter().enumerate();
+        let values: Vec<f64> = pixels
             .map(|(pixel, &[one, _])| weight(pixel) * f64::from(one))
             .collect();
-        sum.map(|sum| certain(&values) * sum / pixels)
+        certain(&values) * values.iter().sum::<f64>() / values.len().max(1) as f64
     };
     [mean(&|_| 1.0), mean(&|pixel| weights[pixel])]
 }
@@ -158,10 +166,10 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         let frames = [one, several].map(|trial| f64::from(trial.frames));
         let known = f64::from(by_one.stratified);
         let [then, now] = frames.map(|frames| stratified(frames, known));
-        let [short, fewer] = [&by_one, &by_several].map(|foreseen| means(foreseen, weights));
+        let [short, fewer] = [&by_one, &by_several].map(|foreseen| certain_means(foreseen, weights));
         let errors = [one.error, one.relative].map(|error| frames[0] * error);
         Ok(Some(std::array::from_fn(|n| {
-            let paths = [then * short[n][0], now * fewer[n][0]];
+            let paths = [then * short[n], now * fewer[n]];
             errors[n] * replaced(&by_one, errors[n], paths) / frames[1]
         })))
     }
