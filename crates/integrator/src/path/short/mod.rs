@@ -204,6 +204,7 @@ impl ShortLook {
             variances: variances.collect(),
             cost: allotment.as_ref().map_or(1.0, |allotment| allotment.cost),
             least_long: least_long(&self.seen, self.are_all) as f32,
+            are_all: self.are_all,
             stratified: self.of_set as u32,
         }
     }
@@ -219,6 +220,8 @@ pub(crate) struct Foreseen {
     /// The least variance of longer paths, in parts of that of short ones: rare bright paths are
     /// not seen.
     pub least_long: f32,
+    /// Whether there are no longer paths.
+    pub are_all: bool,
     /// Samples that were stratified together.
     pub stratified: u32,
 }

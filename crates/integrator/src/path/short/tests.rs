@@ -1,7 +1,7 @@
 //! Short paths apart against paths that find all light themselves.
 
 use super::pilot::{FOLLOWED, SETS, paths_of_set};
-use super::{PixelTable, ShortPaths};
+use super::{LongPaths, PixelTable, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
 use crate::{LightChoosing, LightSelection, PathTracer};
@@ -186,7 +186,8 @@ fn pilots_find_what_varies() {
     let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
     let found = |samples: u32| {
         let tracer = PathTracer::new(&scene, &selection).with_visible_emission();
-        tracer.with_short_paths(samples).short
+        let (transport, visible) = (&tracer.transport, tracer.visible.as_deref());
+        ShortPaths::new(transport, visible, LongPaths::SHARED, samples / 2)
     };
     let [many, again] = [1024, 1024].map(|samples| found(samples).expect("nothing varies"));
     let taken = |short: &ShortPaths| {
