@@ -205,8 +205,8 @@ mod tests {
             gain.error
         };
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
-        // 4 of 8 become 1; with weights 2 of 3 become 1 / 2.
-        close(of(0.5, [8.0, 3.0]), (5.0 / 8.0 * 1.5 / 3.0_f64).sqrt());
+        // 4 of 8 become 1; with weights 2 of 6 become 1 / 2.
+        close(of(0.5, [8.0, 6.0]), (5.0 / 8.0 * 4.5 / 6.0_f64).sqrt());
         // The pilot's own images may have less error than short paths alone.
         close(of(0.5, [1.0, 0.1]), 0.5);
         close(of(0.0, [4.0, 2.0]), 1.0 / 4.0);
