@@ -8,10 +8,10 @@
 use super::candidates::chain;
 use super::choice::{Choice, Trial};
 use super::cost::FrameCost;
-use super::foreseen::ShortGain;
 use super::pilot::{Images, halves, images, weights};
 use super::plan::{AutoTask, ChainPlan};
 use super::race::clock;
+use super::short_gain::ShortGain;
 use crate::registry::{Method, MethodError, Stage};
 use std::sync::atomic::AtomicBool;
 

@@ -1,7 +1,7 @@
 //! What was chosen, and why.
 
 use super::candidates::LeftOut;
-use super::foreseen::ShortGain;
+use super::short_gain::ShortGain;
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
 

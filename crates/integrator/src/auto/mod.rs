@@ -8,8 +8,9 @@
 //! squared error of an unbiased method whatever the image is, or rather its geometric mean with the
 //! same relative to the brightness of the neighbourhood, which hangs less on single pixels; of
 //! plain paths it is what frames that share paths say about them (`plain.rs`). Both are with the
-//! short paths that an image would have (`foreseen.rs`). `C_k` is counted in rays (`cost.rs`), so that the choice is a function of the scene and of what is asked, the same
-//! for any number of threads, on any machine, and for each of an image's shards.
+//! short paths that an image would have (`short_gain.rs`). `C_k` is counted in rays (`cost.rs`), so
+//! that the choice is a function of the scene and of what is asked, the same for any number of
+//! threads, on any machine, and for each of an image's shards.
 //! Pilots render blocks of the image and not a smaller one: in larger pixels, surfaces' edges would
 //! hold more of the error, and neighbours would have less to share.
 
@@ -19,7 +20,6 @@ mod choice;
 mod choosing;
 mod cost;
 mod emitter_samples;
-mod foreseen;
 mod frames;
 mod gains;
 mod pilot;
@@ -28,12 +28,14 @@ mod plan;
 mod prior;
 mod race;
 mod request;
+mod short_gain;
+mod short_looks;
 #[cfg(test)]
 mod tests;
 
 pub use candidates::LeftOut;
 pub use choice::{Choice, PilotRun, Trial};
-pub use foreseen::ShortGain;
 pub use frames::AutoFrames;
 pub use plan::AutoTask;
 pub use request::{Auto, MethodRequest};
+pub use short_gain::ShortGain;

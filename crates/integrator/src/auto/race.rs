@@ -4,11 +4,12 @@ use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::emitter_samples::{TRIED, best_number};
-use super::foreseen::{ShortGain, ShortLooks};
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
 use super::prior::{Known, RESAMPLING, prior};
+use super::short_gain::ShortGain;
+use super::short_looks::ShortLooks;
 use crate::path::reuse::SIDE;
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_film::{RayCounts, process_cpu_seconds};
@@ -64,7 +65,7 @@ fn is_path_alike(method: &Method, other: &Method) -> bool {
 }
 
 /// Whether a method is paths with several.
-pub(super) fn has_several_samples(method: &Method) -> bool {
+fn has_several_samples(method: &Method) -> bool {
     method.name() == "path" && method.values().light_samples() > 1
 }
 

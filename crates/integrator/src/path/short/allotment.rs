@@ -238,7 +238,6 @@ mod tests {
         let costs = Costs {
             all: 1.0,
             is_replaced: true,
-            ..COSTS
         };
         let samples = allot(&half, SIZE, 1.0, costs).unwrap().samples;
         let own = samples.iter().filter(|&&samples| samples == 0).count();

@@ -1,107 +1,9 @@
-//! What short paths do in an image, of which a pilot shows too little.
-//!
-//! A pilot has few frames. In an image, short paths are stratified over many more of them, and
-//! several of them belong to a frame where that pays. Both take away error of short paths alone:
-//! longer ones have too many dimensions. So what a candidate's image would do is foreseen from the
-//! variance of short paths in the pilot's blocks.
+//! Looks at the short paths of candidates, in the pilot's blocks.
 
 use super::choice::Trial;
-use super::pilot::certain;
-use super::race::has_several_samples;
+use super::short_gain::{Errors, ShortGain, certain_means, replaced, stratified};
 use crate::path::short::{Foreseen, ShortLook};
 use crate::registry::{Method, MethodError, Stage};
-
-/// What short paths in an image make of a candidate's cost and error in the pilot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShortGain {
-    /// A factor of what a frame costs.
-    pub cost: f64,
-    /// A factor of the error of a frame.
-    pub error: f64,
-}
-
-/// The power of the number of samples by which the variance of one of them falls, as they are
-/// stratified: from 2 to 64 samples it falls to 0.3 to 0.35 in `warehouse` and `candles`, with one
-/// emitter sample and with four, and to 0.13 to 0.18 in `many_lights_1000`.
-const STRATIFIED: f64 = 0.3;
-
-/// A variance of one of `frames` samples, in parts of what it is among `others`.
-fn stratified(frames: f64, others: f64) -> f64 {
-    (others.max(1.0) / frames.max(1.0)).powf(STRATIFIED)
-}
-
-/// Errors of a frame: squared, and with the weights of pixels.
-type Errors = [f64; 2];
-
-impl ShortGain {
-    /// Nothing.
-    pub const NONE: Self = Self {
-        cost: 1.0,
-        error: 1.0,
-    };
-
-    /// By the errors of one of `tried` frames, for an image of `frames`.
-    pub(super) fn of(
-        foreseen: &Foreseen,
-        errors: Errors,
-        [tried, frames]: [f64; 2],
-        weights: &[f64],
-    ) -> Self {
-        let known = f64::from(foreseen.stratified);
-        let [then, now] = [tried, frames].map(|frames| stratified(frames, known));
-        let short = means(foreseen, weights);
-        let factors: Errors = std::array::from_fn(|n| {
-            let [one, left] = short[n];
-            replaced(foreseen, errors[n], [then * one, now * left])
-        });
-        Self {
-            cost: f64::from(foreseen.cost),
-            error: (factors[0] * factors[1]).sqrt(),
-        }
-    }
-
-    /// A factor of cost times error.
-    pub fn both(&self) -> f64 {
-        self.cost * self.error
-    }
-}
-
-/// A factor of an error where other short paths take the place of those in it.
-fn replaced(foreseen: &Foreseen, error: f64, [before, after]: [f64; 2]) -> f64 {
-    let rest = match foreseen.are_all {
-        true => 0.0,
-        false => (error - before).max(f64::from(foreseen.least_long) * before),
-    };
-    let factor = (rest + after) / (rest + before);
-    if factor.is_finite() { factor } else { 1.0 }
-}
-
-/// Mean variances by one short path and by what pixels get, without weights and with them.
-fn means(foreseen: &Foreseen, weights: &[f64]) -> [[f64; 2]; 2] {
-    let pixels = foreseen.variances.len().max(1) as f64;
-    let mean = |weight: &dyn Fn(usize) -> f64| {
-        let pixels_of = foreseen.variances.iter().enumerate();
-        let sum = pixels_of.fold([0.0; 2], |[one, left], (pixel, &[a, b])| {
-            let weight = weight(pixel);
-            [one + weight * f64::from(a), left + weight * f64::from(b)]
-        });
-        sum.map(|sum| sum / pixels)
-    };
-    [mean(&|_| 1.0), mean(&|pixel| weights[pixel])]
-}
-
-/// Mean variances by one short path, without weights and with them, as far as they are certain: one
-/// outlier is easily all of such a variance.
-fn certain_means(foreseen: &Foreseen, weights: &[f64]) -> Errors {
-    let mean = |weight: &dyn Fn(usize) -> f64| {
-        let pixels = foreseen.variances.iter().enumerate();
-        let values: Vec<f64> = pixels
-            .map(|(pixel, &[one, _])| weight(pixel) * f64::from(one))
-            .collect();
-        certain(&values) * values.iter().sum::<f64>() / values.len().max(1) as f64
-    };
-    [mean(&|_| 1.0), mean(&|pixel| weights[pixel])]
-}
 
 /// Looks at short paths, one for each way to sample emitters.
 pub(super) struct ShortLooks<'r, 'a> {
@@ -152,14 +54,13 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
     }
 
     /// The errors of an image of `several`, paths with several emitter samples, by those of `one`,
-    /// the same paths with one: what is behind the first surface is the same for both, with the same
-    /// rare bright paths, which a pilot of few dear samples lacks.
+    /// the same paths with one: what is behind the first surface is the same for both, with the
+    /// same rare bright paths, which a pilot of few dear samples lacks.
     pub fn errors_of_several(
         &mut self,
         [one, several]: [&Trial; 2],
         weights: &[f64],
     ) -> Result<Option<Errors>, MethodError> {
-        debug_assert!(has_several_samples(&several.method));
         let [Some(by_one), Some(by_several)] = [
             self.foreseen(&one.method, 0.0)?,
             self.foreseen(&several.method, 0.0)?,
@@ -184,54 +85,6 @@ mod tests {
     use crate::auto::pilot::{Images, images, weights};
     use lightshed_scene::{Scene, builtin};
     use std::sync::atomic::AtomicBool;
-
-    fn foreseen(least_long: f32) -> Foreseen {
-        Foreseen {
-            variances: vec![[4.0, 1.0]; 2],
-            cost: 1.5,
-            least_long,
-            are_all: false,
-            stratified: 4,
-        }
-    }
-
-    /// Short paths take away what they leave less of; the rest stays.
-    /// Planted faults: weights left out, the rest counted with several samples.
-    #[test]
-    fn the_rest_of_the_error_stays() {
-        let of = |least_long: f32, errors: Errors| {
-            let gain = ShortGain::of(&foreseen(least_long), errors, [4.0; 2], &[0.5; 2]);
-            assert_eq!(gain.cost, 1.5);
-            gain.error
-        };
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
-        // 4 of 8 become 1; with weights 2 of 6 become 1 / 2.
-        close(of(0.5, [8.0, 6.0]), (5.0 / 8.0 * 4.5 / 6.0_f64).sqrt());
-        // The pilot's own images may have less error than short paths alone.
-        close(of(0.5, [1.0, 0.1]), 0.5);
-        close(of(0.0, [4.0, 2.0]), 1.0 / 4.0);
-        let nothing = Foreseen {
-            variances: vec![[0.0; 2]; 2],
-            ..foreseen(0.5)
-        };
-        assert_eq!(ShortGain::of(&nothing, [0.0; 2], [4.0; 2], &[1.0; 2]).error, 1.0);
-        // Nothing but short paths.
-        let all = Foreseen {
-            are_all: true,
-            ..foreseen(0.0)
-        };
-        close(
-            ShortGain::of(&all, [80.0; 2], [4.0; 2], &[0.5; 2]).error,
-            1.0 / 4.0,
-        );
-        // More frames stratify short paths, and nothing else.
-        let same = Foreseen {
-            variances: vec![[4.0; 2]; 2],
-            ..foreseen(0.5)
-        };
-        let more = ShortGain::of(&same, [8.0; 2], [4.0, 128.0], &[1.0; 2]);
-        close(more.error, (4.0 + 4.0 * 32f64.powf(-STRATIFIED)) / 8.0);
-    }
 
     fn scene(name: &str) -> Scene {
         let mut description = builtin::by_name(name).unwrap();
