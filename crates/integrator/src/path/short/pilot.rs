@@ -51,20 +51,21 @@ const LAST_EDGE: f64 = 0.5;
 /// What a pilot may cost, in parts of the image's work.
 const SHARE: f32 = 0.05;
 
-/// About what a short path costs, in whole ones: 0.2 to 0.3 in rooms, nearly 1 under a sky.
-const SHORT_PATH: f32 = 0.4;
+/// About what a short path costs in rooms, in whole ones, and at most but for objects under a sky.
+const SHORT_PATH: [f32; 2] = [0.3, 0.5];
 
 /// Paths of a set, a power of two, in a pilot for an image of `samples` samples by paths of at most
-/// `longest` edges. `None` where its share is too small for two.
+/// `longest` edges: as many as its share is enough for, or two. `None` where it is too small for
+/// two of usual cost.
 pub fn paths_of_set(samples: u32, longest: u32) -> Option<usize> {
     let (whole, short) = match longest {
         0 => return None,
-        1..=SHORT => (0.0, 1.0),
+        1..=SHORT => (0.0, [1.0; 2]),
         _ => (FOLLOWED as f32, SHORT_PATH),
     };
-    let paths = (SHARE * samples as f32 - whole) / (short * SETS as f32);
-    let paths = (paths.max(0.0) as usize).min(MOST_OF_SET);
-    (paths > 1).then(|| 1 << paths.ilog2())
+    let left = (SHARE * samples as f32 - whole).max(0.0);
+    let [most, certain] = short.map(|cost| (left / (cost * SETS as f32)) as usize);
+    (most > 1).then(|| 1 << certain.clamp(2, MOST_OF_SET).ilog2())
 }
 
 /// What is seen in all pixels of the image, row by row, with so many paths in each set; and the
