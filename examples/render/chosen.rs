@@ -95,7 +95,7 @@ pub fn choice_json(choice: &Choice) -> Value {
             "relative_mse": trial.relative,
             "certain": trial.certain,
             "prior": trial.prior,
-            "short_paths": json!({"cost": trial.short.cost, "error": trial.short.error}),
+            "short_paths": {"cost": trial.short.cost, "error": trial.short.error},
             "is_lit": trial.is_lit,
             "merit": trial.merit(),
         })

@@ -69,7 +69,8 @@ pub struct Trial {
     /// The part of the squared error that it takes away from plain paths by sharing them; 0 of
     /// methods that share nothing.
     pub shared: f64,
-    /// What short paths in an image, of which the pilot shows too little, make of cost and error.
+    /// Factors of cost and error that an image's short paths bring: the pilot has too few frames
+    /// to show them.
     pub short: ShortGain,
     /// Whether its images hold any light. Without any they have no error, which proves nothing.
     pub is_lit: bool,
@@ -85,6 +86,23 @@ impl Trial {
             return f64::INFINITY;
         }
         self.prior * self.short.both() * self.cost * f64::from(self.frames) * self.certain_error()
+    }
+
+    /// A trial of so many frames with these errors, squared and relative, and nothing else known.
+    #[cfg(test)]
+    pub(super) fn of_errors(method: Method, frames: u32, [error, relative]: [f64; 2]) -> Self {
+        Self {
+            method,
+            frames,
+            cost: 1.0,
+            error,
+            relative,
+            certain: 1.0,
+            prior: 1.0,
+            shared: 0.0,
+            short: ShortGain::NONE,
+            is_lit: true,
+        }
     }
 
     /// The geometric mean of both errors of an image, as far as it is certain.

@@ -46,21 +46,9 @@ pub(super) fn best_number(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::auto::ShortGain;
 
     fn trial(text: &str, frames: u32, error: f64) -> Trial {
-        Trial {
-            method: text.parse().unwrap(),
-            frames,
-            cost: 1.0,
-            error: error / f64::from(frames),
-            relative: error / f64::from(frames),
-            certain: 1.0,
-            prior: 1.0,
-            shared: 0.0,
-            short: ShortGain::NONE,
-            is_lit: true,
-        }
+        Trial::of_errors(text.parse().unwrap(), frames, [error / f64::from(frames); 2])
     }
 
     /// Where emitters make all of the error, more of them are better; where the pixel does, not.

@@ -11,9 +11,9 @@ use crate::path::short::Foreseen;
 /// What short paths in an image make of a candidate's cost and error in the pilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortGain {
-    /// A factor of what a frame costs.
+    /// The cost of a frame is multiplied by this.
     pub cost: f64,
-    /// A factor of the error of a frame.
+    /// The error of a frame is multiplied by this.
     pub error: f64,
 }
 
@@ -22,7 +22,7 @@ pub struct ShortGain {
 /// emitter sample and with four, and to 0.13 to 0.18 in `many_lights_1000`.
 const STRATIFIED: f64 = 0.3;
 
-/// A variance of one of `frames` samples, in parts of what it is among `others`.
+/// The variance of one sample among `frames` of them, relative to that of one among `others`.
 pub(super) fn stratified(frames: f64, others: f64) -> f64 {
     (others.max(1.0) / frames.max(1.0)).powf(STRATIFIED)
 }
@@ -37,7 +37,8 @@ impl ShortGain {
         error: 1.0,
     };
 
-    /// By the errors of one of `tried` frames, for an image of `frames`.
+    /// The gain in an image of `frames` frames. `errors` are those of one frame, measured by images
+    /// of `tried` frames.
     pub(super) fn of(
         foreseen: &Foreseen,
         errors: Errors,

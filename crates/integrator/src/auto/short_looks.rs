@@ -43,7 +43,7 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         Ok(Some(self.known[place].1.foreseen(long, samples)))
     }
 
-    /// What they make of a trial, for an image of so many frames.
+    /// The gain of a trial's method in an image of `frames` frames.
     pub fn gain(&mut self, trial: &Trial, frames: f64, weights: &[f64]) -> Result<ShortGain, MethodError> {
         let Some(foreseen) = self.foreseen(&trial.method, frames)? else {
             return Ok(ShortGain::NONE);
@@ -98,18 +98,8 @@ mod tests {
     }
 
     fn trial(method: &Method, images: &Images, weights: &[f64]) -> Trial {
-        Trial {
-            method: method.clone(),
-            frames: images.frames,
-            cost: 1.0,
-            error: images.error,
-            relative: images.weighed(weights),
-            certain: 1.0,
-            prior: 1.0,
-            shared: 0.0,
-            short: ShortGain::NONE,
-            is_lit: true,
-        }
+        let errors = [images.error, images.weighed(weights)];
+        Trial::of_errors(method.clone(), images.frames, errors)
     }
 
     /// Images have what is foreseen from few frames, or down to half of it: errors of a frame among

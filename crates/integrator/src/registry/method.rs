@@ -4,7 +4,7 @@ use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::idle::idle_option;
-use super::methods::{METHODS, PATH_REUSE, long_paths, path_reuse, short_look};
+use super::methods::{METHODS, PATH_REUSE, path_reuse, short_look};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
@@ -194,7 +194,12 @@ impl Method {
     pub(crate) fn long_paths(&self, stage: &Stage<'_>) -> Option<LongPaths> {
         let values = &self.values;
         let is_plain = values.guided_paths().is_none() && values.cached_paths(stage.scene()).is_none();
-        long_paths(self.entry.name, values).filter(|_| is_plain)
+        match self.entry.name {
+            "path" if is_plain => Some(LongPaths::ALONE),
+            PATH_REUSE => Some(LongPaths::SHARED),
+            "restir-pt-offline" if values.shares_paths() => Some(LongPaths::SHARED),
+            _ => None,
+        }
     }
 
     /// What a pilot sees of short paths, with so many in each of its sets.

@@ -7,7 +7,7 @@ use super::entry::MethodEntry;
 use super::option::{MethodOption, MethodValues};
 use super::options;
 use super::stage::{Motion, Stage, Started};
-use crate::path::short::{LongPaths, ShortLook};
+use crate::path::short::ShortLook;
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions,
     LightChoosing, Lightcuts, Mixture, PathGuiding, PathReuse, PathTracer, RestirDi, RestirDiSettings,
@@ -542,16 +542,6 @@ fn plain_tracer<'b, S: EmitterSampler + 'b>(
     match values.visible_emission() {
         true => tracer.with_visible_emission(),
         false => tracer,
-    }
-}
-
-/// What a method does beside short paths; `None` of methods that do not know them.
-pub(super) fn long_paths(name: &str, values: &MethodValues) -> Option<LongPaths> {
-    match name {
-        "path" => Some(LongPaths::ALONE),
-        PATH_REUSE => Some(LongPaths::SHARED),
-        "restir-pt-offline" if values.shares_paths() => Some(LongPaths::SHARED),
-        _ => None,
     }
 }
 

@@ -80,6 +80,8 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
         shares.collect::<Vec<f64>>()
     });
+    let number =
+        |pixel: usize, variance: f64, gain: f64| samples_of(variance, gain * f64::from(seen[pixel].cost));
     // By the numbers of one half, what the other half's variance becomes.
     let left = |half: usize, pixel: usize, samples: u32| {
         f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(1))
@@ -89,7 +91,7 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         for (half, numbers) in halves.iter().enumerate() {
             for (pixel, &variance) in numbers.iter().enumerate() {
                 let cost = f64::from(seen[pixel].cost);
-                let samples = samples_of(variance, gain * cost);
+                let samples = number(pixel, variance, gain);
                 error += share[pixel] * left(half, pixel, samples);
                 rays += cost * f64::from(samples);
                 replaced += if samples > 0 { cost } else { 0.0 };
@@ -108,14 +110,12 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         .map(|log| 2f64.powi(log))
         .map(|gain| (judge(gain), gain));
     let ((least, cost), gain) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
-    let numbers = |pixel: usize| [0, 1].map(|half| halves[half][pixel]);
-    let of_pixel = |i: usize, variance: f64| samples_of(variance, gain * f64::from(seen[i].cost));
-    let samples = (0..seen.len()).map(|i| of_pixel(i, numbers(i).iter().sum::<f64>() / 2.0) as u16);
-    let of_halves = |i: usize| [0, 1].map(|half| left(half, i, of_pixel(i, numbers(i)[half])));
+    let samples = (0..seen.len()).map(|i| number(i, (halves[0][i] + halves[1][i]) / 2.0, gain) as u16);
+    let left_by = |half: usize, i: usize| left(half, i, number(i, halves[half][i], gain));
     (least * LEAST_GAIN < 1.0).then(|| Allotment {
         samples: samples.collect(),
         left: (0..seen.len())
-            .map(|i| (of_halves(i).iter().sum::<f64>() / 2.0) as f32)
+            .map(|i| ((left_by(0, i) + left_by(1, i)) / 2.0) as f32)
             .collect(),
         cost: cost as f32,
     })
