@@ -160,8 +160,8 @@ pub(crate) struct ShortLook {
     of_set: usize,
     /// Rays of a whole path.
     rays: f32,
-    /// Whether there are no longer paths.
-    are_all: bool,
+    /// Edges of the longest paths.
+    longest: u32,
 }
 
 impl ShortLook {
@@ -178,23 +178,28 @@ impl ShortLook {
             size: [settings.width, settings.height].map(|side| side as usize),
             of_set,
             rays,
-            are_all: transport.max_depth <= SHORT,
+            longest: transport.max_depth,
         }
+    }
+
+    /// Whether there are no longer paths.
+    fn are_all(&self) -> bool {
+        self.longest <= SHORT
     }
 
     /// The samples that pixels get beside such longer paths; `None` where they gain too little.
     fn allot(&self, long: LongPaths) -> Option<Allotment> {
         let costs = Costs {
             all: self.rays * long.paths as f32,
-            is_replaced: self.are_all,
+            is_replaced: self.are_all(),
         };
         allot(&self.seen, self.size, long.variance, costs)
     }
 
     /// What short paths do in an image of `samples` samples, or frames, in each pixel.
     pub fn foreseen(&self, long: LongPaths, samples: u32) -> Foreseen {
-        let is_looked_at = pilot::paths_of_set(samples.saturating_mul(long.paths), u32::MAX).is_some();
-        let allotment = is_looked_at.then(|| self.allot(long)).flatten();
+        let has_pilot = pilot::paths_of_set(samples.saturating_mul(long.paths), self.longest).is_some();
+        let allotment = has_pilot.then(|| self.allot(long)).flatten();
         let one = self.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             let left = allotment.as_ref().map(|allotment| allotment.left[pixel] / 3.0);
@@ -203,8 +208,8 @@ impl ShortLook {
         Foreseen {
             variances: variances.collect(),
             cost: allotment.as_ref().map_or(1.0, |allotment| allotment.cost),
-            least_long: least_long(&self.seen, self.are_all) as f32,
-            are_all: self.are_all,
+            least_long: least_long(&self.seen, self.are_all()) as f32,
+            are_all: self.are_all(),
             stratified: self.of_set as u32,
         }
     }
