@@ -250,7 +250,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
         "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::arrival_worth SceneField::mean_share SceneField::worth MethodValues::temporal_cap MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
-         scene_lights shading_point",
+         scene_lights shading_point ShortGain::both",
     ),
     (
         "lightshed-integrator",
