@@ -1,6 +1,7 @@
 //! Light of paths of at most two edges, by several samples where it varies.
 
 mod allotment;
+mod block;
 mod pilot;
 #[cfg(test)]
 mod tests;
@@ -18,7 +19,7 @@ use allotment::{Allotment, Costs, allot, least_long};
 use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
-use pilot::Seen;
+use pilot::{PathCosts, Seen};
 
 /// Estimates the light of paths of at most [`SHORT`] edges by several samples in the pixels where
 /// that pays, in place of the one that belongs to a longer path:
@@ -73,7 +74,7 @@ impl ShortPaths {
         long: LongPaths,
         samples: u32,
     ) -> Option<Self> {
-        let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), transport.max_depth)?;
+        let of_set = pilot::paths_of_set_in(transport, visible, samples.saturating_mul(long.paths))?;
         let samples = ShortLook::new(transport, visible, of_set).allot(long)?.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
@@ -158,8 +159,7 @@ pub(crate) struct ShortLook {
     size: [usize; 2],
     /// Paths of a set, which were stratified together.
     of_set: usize,
-    /// Rays of a whole path.
-    rays: f32,
+    costs: PathCosts,
     /// Edges of the longest paths.
     longest: u32,
 }
@@ -171,13 +171,13 @@ impl ShortLook {
         visible: Option<&VisibleEmission>,
         of_set: usize,
     ) -> Self {
-        let (seen, rays) = pilot::look(transport, visible, of_set);
+        let (seen, costs) = pilot::look(transport, visible, of_set);
         let settings = transport.scene.settings();
         Self {
             seen,
             size: [settings.width, settings.height].map(|side| side as usize),
             of_set,
-            rays,
+            costs,
             longest: transport.max_depth,
         }
     }
@@ -190,7 +190,7 @@ impl ShortLook {
     /// The samples that pixels get beside such longer paths; `None` where they gain too little.
     fn allot(&self, long: LongPaths) -> Option<Allotment> {
         let costs = Costs {
-            all: self.rays * long.paths as f32,
+            all: self.costs.whole * long.paths as f32,
             is_replaced: self.are_all(),
         };
         allot(&self.seen, self.size, long.variance, costs)
@@ -198,8 +198,8 @@ impl ShortLook {
 
     /// What short paths do in an image of `samples` samples, or frames, in each pixel.
     pub fn foreseen(&self, long: LongPaths, samples: u32) -> Foreseen {
-        let has_pilot = pilot::paths_of_set(samples.saturating_mul(long.paths), self.longest).is_some();
-        let allotment = has_pilot.then(|| self.allot(long)).flatten();
+        let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), self.longest, self.costs);
+        let allotment = of_set.and_then(|_| self.allot(long));
         let one = self.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             let left = allotment.as_ref().map(|allotment| allotment.left[pixel] / 3.0);

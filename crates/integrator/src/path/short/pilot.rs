@@ -1,5 +1,6 @@
 //! What short and long paths vary by, pixel by pixel, and what they cost.
 
+use super::block::{Block, blocks};
 use super::{SHORT, paths_up_to};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
@@ -14,9 +15,9 @@ use lightshed_scene::Rgb;
 pub struct Seen {
     /// Variance of the light of short paths, stratified as in an image, found twice.
     pub short: [f32; 2],
-    /// Variance of the light of all longer paths.
+    /// Variance of the light of all longer paths, in the mean over some pixels of its block.
     pub long: f32,
-    /// Mean radiance, the sum of the colours.
+    /// Mean radiance, the sum of the colours; that of longer paths in the same mean.
     pub brightness: f32,
     /// Rays of a short path, in the mean over this pixel and some beside it.
     pub cost: f32,
@@ -29,16 +30,24 @@ impl Seen {
     }
 }
 
-/// Sets of short paths in a pixel, each stratified alone. The first paths of some are followed to
-/// their ends.
+/// What paths cost in the mean over an image, in rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathCosts {
+    /// Of a short path.
+    pub short: f32,
+    /// Of a path to its end.
+    pub whole: f32,
+}
+
+/// Sets of short paths in a pixel, each stratified alone.
 pub const SETS: usize = 4;
+
+/// Sets of which the first path is followed to its end, in one pixel of so many.
 pub const FOLLOWED: usize = 2;
+pub const FOLLOWED_PIXELS: usize = 4;
 
 /// Most paths of a set.
 const MOST_OF_SET: usize = 8;
-
-/// Pixels that are looked at together: the paths of a set fill a batch.
-const TOGETHER: usize = MAX_BATCH / MOST_OF_SET;
 
 /// The seed of the first set; the next have the next. Seeds of images are rarely these.
 const SEED: u64 = 0x6c6f_6f6b_2e2e_2e00;
@@ -51,99 +60,178 @@ const LAST_EDGE: f64 = 0.5;
 /// What a pilot may cost, in parts of the image's work.
 const SHARE: f32 = 0.05;
 
-/// About what a short path costs in rooms, in whole ones, and at most but for objects under a sky.
-const SHORT_PATH: [f32; 2] = [0.3, 0.5];
+/// About the least that a short path costs, in whole ones, and most paths of sets of two in blocks
+/// that tell what they cost, for each pixel of the image.
+const CHEAPEST: f32 = 0.25;
+const ONE_BLOCK_OF: usize = 16;
 
 /// Paths of a set, a power of two, in a pilot for an image of `samples` samples by paths of at most
-/// `longest` edges: as many as its share is enough for, or two. `None` where it is too small for
-/// two of usual cost.
-pub fn paths_of_set(samples: u32, longest: u32) -> Option<usize> {
-    let (whole, short) = match longest {
+/// `longest` edges: as many as its share is enough for. `None` where that is too small for two.
+pub fn paths_of_set(samples: u32, longest: u32, costs: PathCosts) -> Option<usize> {
+    let followed = match longest {
         0 => return None,
-        1..=SHORT => (0.0, [1.0; 2]),
-        _ => (FOLLOWED as f32, SHORT_PATH),
+        1..=SHORT => 0.0,
+        _ => FOLLOWED as f32 / FOLLOWED_PIXELS as f32,
     };
-    let left = (SHARE * samples as f32 - whole).max(0.0);
-    let [most, certain] = short.map(|cost| (left / (cost * SETS as f32)) as usize);
-    (most > 1).then(|| 1 << certain.clamp(2, MOST_OF_SET).ilog2())
+    let known = (followed * costs.whole + (2 * SETS) as f32 * costs.short) / ONE_BLOCK_OF as f32;
+    let left = SHARE * samples as f32 * costs.whole - followed * costs.whole - known;
+    let paths = (left / (costs.short * SETS as f32)) as usize;
+    (paths > 1).then(|| 1 << paths.min(MOST_OF_SET).ilog2())
 }
 
-/// What is seen in all pixels of the image, row by row, with so many paths in each set; and the
-/// cost of a whole path, in rays.
+/// [`paths_of_set`] in a scene, whose paths' costs are found first, in few blocks.
+pub fn paths_of_set_in<S: EmitterSampler>(
+    transport: &Transport<'_, S>,
+    visible: Option<&VisibleEmission>,
+    samples: u32,
+) -> Option<usize> {
+    let longest = transport.max_depth;
+    let short = if longest > SHORT { CHEAPEST } else { 1.0 };
+    // Most images of few samples need not look at all.
+    paths_of_set(samples, longest, PathCosts { short, whole: 1.0 })?;
+    let blocks = blocks(image_size(transport)).step_by(ONE_BLOCK_OF);
+    let looked = parallel::map(blocks, |_, block| look_at((transport, visible), 2, &block));
+    paths_of_set(samples, longest, costs(&looked, longest))
+}
+
+/// What is seen in all pixels of the image, row by row, with so many paths in each set; and what
+/// paths cost.
 pub fn look<S: EmitterSampler>(
     transport: &Transport<'_, S>,
     visible: Option<&VisibleEmission>,
     of_set: usize,
-) -> (Vec<Seen>, f32) {
-    let settings = transport.scene.settings();
-    let mut seen = vec![Seen::default(); (settings.width * settings.height) as usize];
-    let mut followed = RayTally::default();
-    parallel::for_each_chunk(&mut seen, TOGETHER, |start, seen| {
-        look_at((transport, visible), of_set, start, seen, &followed);
+) -> (Vec<Seen>, PathCosts) {
+    let size = image_size(transport);
+    let looked = parallel::map(blocks(size), |_, block| {
+        look_at((transport, visible), of_set, &block)
     });
-    let pixels = seen.len().max(1) as f64;
-    let all = match transport.max_depth > SHORT {
-        true => cost(followed.take(), 1.0) / (pixels * FOLLOWED as f64),
-        false => seen.iter().map(|seen| f64::from(seen.cost)).sum::<f64>() / pixels,
-    };
-    (seen, all as f32)
+    let mut seen = vec![Seen::default(); size[0] * size[1]];
+    for (block, looked) in blocks(size).zip(&looked) {
+        for (&[x, y], &of_pixel) in block.pixels().iter().zip(&looked.seen) {
+            seen[y as usize * size[0] + x as usize] = of_pixel;
+        }
+    }
+    (seen, costs(&looked, transport.max_depth))
+}
+
+fn image_size<S: EmitterSampler>(transport: &Transport<'_, S>) -> [usize; 2] {
+    let settings = transport.scene.settings();
+    [settings.width, settings.height].map(|side| side as usize)
+}
+
+/// What is seen in a block, pixel by pixel, and rays of the paths that were followed.
+struct Looked {
+    seen: Vec<Seen>,
+    followed: f64,
+    paths_followed: usize,
+}
+
+fn costs(looked: &[Looked], longest: u32) -> PathCosts {
+    let (mut short, mut pixels, mut whole, mut paths) = (0.0, 0, 0.0, 0);
+    for block in looked {
+        short += block.seen.iter().map(|seen| f64::from(seen.cost)).sum::<f64>();
+        pixels += block.seen.len();
+        whole += block.followed;
+        paths += block.paths_followed;
+    }
+    let short = (short / pixels.max(1) as f64) as f32;
+    let whole = (whole / paths.max(1) as f64) as f32;
+    PathCosts {
+        short,
+        whole: if longest > SHORT { whole } else { short },
+    }
 }
 
 fn cost(rays: RayCounts, path: f64) -> f64 {
     CAMERA_RAY * rays.camera as f64 + path * rays.path as f64 + rays.emitter as f64
 }
 
-/// Looks at the pixels from `start` on, at most [`TOGETHER`].
 fn look_at<S: EmitterSampler>(
     (transport, visible): (&Transport<'_, S>, Option<&VisibleEmission>),
     of_set: usize,
-    start: usize,
-    seen: &mut [Seen],
-    followed: &RayTally,
-) {
-    let mut tally = RayTally::default();
-    let width = transport.scene.settings().width as usize;
-    let id = |pixel: usize, index: usize| SampleId {
-        x: ((start + pixel) % width) as u32,
-        y: ((start + pixel) / width) as u32,
-        index: index as u32,
-    };
-    let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|i| id(i / of_set, i % of_set));
-    let firsts: [SampleId; TOGETHER] = std::array::from_fn(|pixel| id(pixel, 0));
-    let mut means = [[Rgb::ZERO; SETS]; TOGETHER];
-    let mut longs = [[Rgb::ZERO; FOLLOWED]; TOGETHER];
-    for set in 0..SETS {
+    block: &Block,
+) -> Looked {
+    let trace = |longest: u32, set: usize, ids: &[SampleId], tally: &RayTally| {
         let words = PathWords {
             points: PointSet::Sobol,
             seed: SEED + set as u64,
         };
-        let trace = |longest: u32, ids: &[SampleId], tally: &RayTally| {
-            let longest = longest.min(transport.max_depth);
-            paths_up_to(longest, transport, visible, words, ids, Some(tally))
-        };
-        let found = trace(SHORT, &ids[..seen.len() * of_set], &tally);
-        for (means, found) in means.iter_mut().zip(found.chunks(of_set)) {
-            means[set] = found.iter().sum::<Rgb>() / of_set as f32;
-        }
-        if set < FOLLOWED && transport.max_depth > SHORT {
-            // The same numbers, so these are the same paths, to their ends.
-            let whole = trace(u32::MAX, &firsts[..seen.len()], followed);
-            for (pixel, longs) in longs.iter_mut().enumerate() {
-                longs[set] = whole[pixel] - found[pixel * of_set];
+        let longest = longest.min(transport.max_depth);
+        paths_up_to(longest, transport, visible, words, ids, Some(tally))
+    };
+    let pixels = block.pixels();
+    let mut seen = vec![Seen::default(); pixels.len()];
+    let mut firsts = vec![[Rgb::ZERO; SETS]; pixels.len()];
+    // The paths of a set fill a batch.
+    let together = MAX_BATCH / of_set;
+    for (start, seen) in (0..).step_by(together).zip(seen.chunks_mut(together)) {
+        let pixels = &pixels[start..start + seen.len()];
+        let ids: Vec<SampleId> = pixels
+            .iter()
+            .flat_map(|&[x, y]| (0..of_set as u32).map(move |index| SampleId { x, y, index }))
+            .collect();
+        let mut tally = RayTally::default();
+        let mut means = vec![[Rgb::ZERO; SETS]; seen.len()];
+        for set in 0..SETS {
+            let found = trace(SHORT, set, &ids, &tally);
+            for (pixel, found) in found[..ids.len()].chunks(of_set).enumerate() {
+                means[pixel][set] = found.iter().sum::<Rgb>() / of_set as f32;
+                firsts[start + pixel][set] = found[0];
             }
         }
+        let cost = cost(tally.take(), LAST_EDGE) / (SETS * ids.len()) as f64;
+        for (seen, means) in seen.iter_mut().zip(&means) {
+            let variance = |set: usize| variance(means[set], means[set + 1]) * of_set as f32;
+            *seen = Seen {
+                short: [0, 2].map(|set| sound(variance(set))),
+                brightness: sound(means.iter().sum::<Rgb>().element_sum() / SETS as f32),
+                cost: cost as f32,
+                long: 0.0,
+            };
+        }
     }
-    let cost = cost(tally.take(), LAST_EDGE) / (seen.len() * SETS * of_set).max(1) as f64;
-    for ((seen, means), longs) in seen.iter_mut().zip(&means).zip(&longs) {
-        let variance = |one: Rgb, other: Rgb| (one - other).length_squared() / 2.0;
-        let [short, long] = [&means[..], longs].map(|values| values.iter().sum::<Rgb>().element_sum());
-        *seen = Seen {
-            short: [0, 2].map(|set| sound(variance(means[set], means[set + 1]) * of_set as f32)),
-            long: sound(variance(longs[0], longs[1])),
-            brightness: sound(short / SETS as f32 + long / FOLLOWED as f32),
-            cost: cost as f32,
+    if transport.max_depth <= SHORT {
+        return Looked {
+            seen,
+            followed: 0.0,
+            paths_followed: 0,
         };
     }
+    // The same numbers, so these are the same paths, to their ends.
+    let mut tally = RayTally::default();
+    let followed: Vec<usize> = (0..pixels.len()).step_by(FOLLOWED_PIXELS).collect();
+    let first = |&pixel: &usize| SampleId {
+        x: pixels[pixel][0],
+        y: pixels[pixel][1],
+        index: 0,
+    };
+    let ids: Vec<SampleId> = followed.iter().map(first).collect();
+    let mut longs = vec![[Rgb::ZERO; FOLLOWED]; followed.len()];
+    for set in 0..FOLLOWED {
+        let whole = trace(u32::MAX, set, &ids, &tally);
+        for ((long, &pixel), whole) in longs.iter_mut().zip(&followed).zip(&whole) {
+            long[set] = *whole - firsts[pixel][set];
+        }
+    }
+    let mean = |of: &dyn Fn(&[Rgb; FOLLOWED]) -> f32| {
+        longs.iter().map(|long| sound(of(long))).sum::<f32>() / longs.len() as f32
+    };
+    let long = mean(&|long| variance(long[0], long[1]));
+    let brightness = mean(&|long| long.iter().sum::<Rgb>().element_sum() / FOLLOWED as f32);
+    for seen in &mut seen {
+        seen.long = long;
+        seen.brightness = sound(seen.brightness + brightness);
+    }
+    Looked {
+        seen,
+        followed: cost(tally.take(), 1.0),
+        paths_followed: FOLLOWED * followed.len(),
+    }
+}
+
+/// The variance of a value, by two: summed over colours.
+fn variance(one: Rgb, other: Rgb) -> f32 {
+    (one - other).length_squared() / 2.0
 }
 
 /// A number that may be summed.
