@@ -241,7 +241,10 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         }),
     };
     warnings.extend(empty(&scene).map(str::to_owned));
-    let stage = Stage::new(&scene).for_samples(arguments.samples().unwrap_or(samples));
+    let lights = chosen.as_ref().map(|chosen| chosen.choice.lights.clone());
+    let stage = Stage::new(&scene)
+        .for_samples(arguments.samples().unwrap_or(samples))
+        .with_lights(lights.unwrap_or_default());
     let mut started = match arguments.device {
         Device::Cpu => Some(arguments.method.start(&stage, moves)?),
         Device::Gpu => None,

@@ -27,6 +27,7 @@
 
 mod any_emitters;
 mod auto;
+mod built_lights;
 mod cached;
 mod camera_motion;
 mod camera_ray;
@@ -52,6 +53,7 @@ mod vpl;
 
 pub use any_emitters::AnyEmitters;
 pub use auto::{Auto, AutoFrames, AutoTask, Choice, LeftOut, MethodRequest, PilotRun, ShortGain, Trial};
+pub use built_lights::BuiltLights;
 pub use cached::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsError, CachedPathsOptions, MAX_CACHE_PASSES,
     SceneVertices,

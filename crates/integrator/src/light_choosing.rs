@@ -78,6 +78,11 @@ impl LightChoosing {
         }
     }
 
+    /// Whether it learns from paths.
+    pub(crate) fn learns(self) -> bool {
+        matches!(self, Self::Vlc | Self::VlcLobes)
+    }
+
     /// Whether it asks for the point that is lit.
     pub fn knows_the_point(self) -> bool {
         !matches!(self, Self::Uniform | Self::Power | Self::Unfound)

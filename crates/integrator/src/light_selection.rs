@@ -40,7 +40,7 @@ pub struct LightSelection<'a> {
     leaves_environment: bool,
 }
 
-enum Sampler {
+pub(crate) enum Sampler {
     Uniform(UniformLights),
     Power(PowerLights),
     Tree(Box<PerfectTree>),
@@ -123,18 +123,33 @@ impl<'a> LightSelection<'a> {
                 })
             })
             .transpose()?;
+        Ok(Self::of_sampler(scene, choosing, sampler.map(Arc::new)))
+    }
+
+    /// A selection by this sampler, which was built for the same emitters and way of choosing.
+    pub(crate) fn of_sampler(
+        scene: &'a Scene,
+        choosing: LightChoosing,
+        sampler: Option<Arc<Sampler>>,
+    ) -> Self {
+        let emitters = scene.emitters();
         let infinite = emitters.infinite_count() as u32;
         let groups = infinite + u32::from(sampler.is_some());
         let one = 1.0 / groups.max(1) as f32;
-        Ok(Self {
+        Self {
             emitters,
             finite_probability: if sampler.is_some() { one } else { 0.0 },
             infinite_probability: infinite as f32 * one,
             groups,
             leaves_environment: choosing == LightChoosing::Unfound,
-            sampler: sampler.map(Arc::new),
+            sampler,
             sky: SkySampling::Luminance,
-        })
+        }
+    }
+
+    /// What was built to choose among finite emitters; `None` without any.
+    pub(crate) fn sampler(&self) -> Option<Arc<Sampler>> {
+        self.sampler.clone()
     }
 
     /// The same, with the environment sampled in this way; what has been built or learnt is shared.

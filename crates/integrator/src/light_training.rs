@@ -81,7 +81,7 @@ impl<'a> LightSelection<'a> {
     /// See [`new`](Self::new).
     pub fn trained(scene: &'a Scene, choosing: LightChoosing) -> Result<Self, LightError> {
         let mut selection = Self::new(scene, choosing)?;
-        if matches!(choosing, LightChoosing::Vlc | LightChoosing::VlcLobes) {
+        if choosing.learns() {
             train(scene, &mut selection);
         }
         Ok(selection)

@@ -2,6 +2,7 @@
 
 use super::candidates::LeftOut;
 use super::short_gain::ShortGain;
+use crate::BuiltLights;
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
 
@@ -25,6 +26,8 @@ pub struct Choice {
     pub left_out: Vec<LeftOut>,
     /// The pilot, if there was one.
     pub pilot: Option<PilotRun>,
+    /// Trees over lights that the pilot has built, for the [`Stage`](crate::Stage) of the image.
+    pub lights: BuiltLights,
 }
 
 impl Choice {

@@ -7,6 +7,7 @@ use super::plan::AutoTask;
 use super::prior::MANY_EMITTERS;
 use super::race::{Race, clock};
 use super::request::Auto;
+use crate::BuiltLights;
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_scene::{ImageBlocks, Scene, SceneFeatures};
 use std::sync::atomic::AtomicBool;
@@ -22,12 +23,14 @@ impl Auto {
         task: &AutoTask,
         cancel: &AtomicBool,
     ) -> Result<Choice, MethodError> {
+        let lights = BuiltLights::default();
         let mut in_blocks =
             |blocks: Option<ImageBlocks>, work: &dyn Fn(&Stage<'_>) -> Result<Choice, MethodError>| {
+                let work = |scene: &Scene| work(&Stage::new(scene).with_lights(lights.clone()));
                 let Some(blocks) = blocks else {
-                    return work(&Stage::new(scene));
+                    return work(scene);
                 };
-                let choice = scene.at_blocks(blocks, |scene| work(&Stage::new(scene)));
+                let choice = scene.at_blocks(blocks, work);
                 choice.unwrap_or_else(|error| {
                     let (method, reason) = (Self::NAME, error.to_string());
                     Err(MethodError::Refused { method, reason })
@@ -76,7 +79,10 @@ impl Auto {
             in_brief: false,
         };
         race.run(&families)?;
-        Ok(race.finish(plain))
+        Ok(Choice {
+            lights: pilot.lights().clone(),
+            ..race.finish(plain)
+        })
     }
 
     /// The choice without a pilot: where the work is too little for one, or where methods may not
@@ -107,6 +113,7 @@ impl Auto {
             trials: Vec::new(),
             left_out,
             pilot: None,
+            lights: BuiltLights::default(),
         })
     }
 

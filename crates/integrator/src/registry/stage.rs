@@ -1,6 +1,6 @@
 //! A scene, and what methods of it share.
 
-use crate::{AnyEmitters, CameraMotion, GuidedWorlds, LightChoosing, LightSelection, SceneWorld};
+use crate::{AnyEmitters, BuiltLights, CameraMotion, GuidedWorlds, LightChoosing, SceneWorld};
 use lightshed_film::{FrameMethod, PixelEstimator, SampledFrames};
 use lightshed_lights::LightError;
 use lightshed_scene::glam::Vec3;
@@ -12,6 +12,7 @@ pub struct Stage<'a> {
     scene: &'a Scene,
     /// Of each pixel.
     samples: u32,
+    lights: BuiltLights,
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
     /// Those with the environment sampled above its mean.
@@ -66,6 +67,7 @@ impl<'a> Stage<'a> {
         Self {
             scene,
             samples: 1,
+            lights: BuiltLights::default(),
             emitters: Default::default(),
             above_mean: Default::default(),
             worlds: Default::default(),
@@ -80,6 +82,19 @@ impl<'a> Stage<'a> {
     pub fn for_samples(mut self, samples: u32) -> Self {
         self.samples = samples;
         self
+    }
+
+    /// With trees over lights that were built before, for this scene or another, and that others
+    /// may build.
+    #[must_use]
+    pub fn with_lights(mut self, lights: BuiltLights) -> Self {
+        self.lights = lights;
+        self
+    }
+
+    /// Trees over lights that were built.
+    pub fn lights(&self) -> &BuiltLights {
+        &self.lights
     }
 
     /// Samples in each pixel of the images.
@@ -104,9 +119,7 @@ impl<'a> Stage<'a> {
         }
         let emitters = match choosing {
             None => AnyEmitters::Power(self.scene.emitters_by_power()),
-            Some(choosing) => {
-                AnyEmitters::Selection(Arc::new(LightSelection::trained(self.scene, choosing)?))
-            }
+            Some(choosing) => AnyEmitters::Selection(Arc::new(self.lights.selection(self.scene, choosing)?)),
         };
         Ok(place.get_or_init(|| emitters))
     }

@@ -36,6 +36,7 @@ use glam::Vec3;
 use infinite::Directional;
 use lightshed_sampling::{Density, SolidAngle};
 use point::{Point, Spot};
+use std::sync::Arc;
 
 /// All emitters of a scene, by index: their emission, and the densities of sampling a selected one.
 /// The sampler of emitters multiplies them by the probability of the selection.
@@ -47,7 +48,21 @@ pub struct Emitters {
     /// … then those at infinity.
     directionals: Vec<Directional>,
     environment: Option<Environment>,
+    identity: EmittersIdentity,
 }
+
+/// Equal for the same emitters of the same scene, and different for those of any other, whatever
+/// they are.
+#[derive(Clone, Debug, Default)]
+pub struct EmittersIdentity(Arc<()>);
+
+impl PartialEq for EmittersIdentity {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Eq for EmittersIdentity {}
 
 /// Emitters at a point.
 #[derive(Clone, Debug)]
@@ -167,7 +182,13 @@ impl Emitters {
             points,
             directionals,
             environment,
+            identity: EmittersIdentity::default(),
         })
+    }
+
+    /// What tells these emitters from others, as long as it is kept.
+    pub fn identity(&self) -> EmittersIdentity {
+        self.identity.clone()
     }
 
     /// Luminous flux of the finite emitters.

@@ -218,7 +218,11 @@ fn pilots_are_a_twentieth() {
                 let Some(of_set) = paths_of_set(samples, longest, costs) else {
                     continue;
                 };
-                let followed = if longest > 2 { FOLLOWED as f32 / FOLLOWED_PIXELS as f32 } else { 0.0 };
+                let followed = if longest > 2 {
+                    FOLLOWED as f32 / FOLLOWED_PIXELS as f32
+                } else {
+                    0.0
+                };
                 let paths = followed + short / whole * (SETS * of_set) as f32;
                 assert!(paths <= 0.0501 * samples as f32, "{costs:?} {samples} {longest}");
                 assert!(of_set.is_power_of_two() && of_set <= 8);
@@ -229,7 +233,17 @@ fn pilots_are_a_twentieth() {
     assert_eq!([of_set(32, 0.3), of_set(64, 0.3)], [None, Some(2)]);
     assert_eq!([of_set(64, 0.9), of_set(400, 0.9)], [None, Some(4)]);
     assert_eq!(of_set(1 << 30, 0.0), Some(8));
-    assert_eq!(paths_of_set(1024, 0, PathCosts { short: 0.3, whole: 1.0 }), None);
+    assert_eq!(
+        paths_of_set(
+            1024,
+            0,
+            PathCosts {
+                short: 0.3,
+                whole: 1.0
+            }
+        ),
+        None
+    );
 }
 
 /// Short paths are a part of whole ones in a room, and nearly all of them under a sky. All blocks
@@ -248,7 +262,10 @@ fn costs_are_those_of_the_scene() {
     };
     let ratio = |costs: PathCosts| costs.short / costs.whole;
     let [room, sky] = [of("cornell", 8), of("furnace", 8)].map(ratio);
-    assert!((0.15..0.4).contains(&room) && (0.6..1.01).contains(&sky), "{room} {sky}");
+    assert!(
+        (0.15..0.4).contains(&room) && (0.6..1.01).contains(&sky),
+        "{room} {sky}"
+    );
     assert_eq!(ratio(of("cornell", 2)), 1.0);
     // A camera ray, one to an emitter and half of one that meets emitters, of paths that all hit.
     let costs = of("cornell", 2);
