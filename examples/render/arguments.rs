@@ -76,7 +76,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FOLDER", requires = "submit")]
     pub job: Option<PathBuf>,
 
-    /// Wall time to render for instead of a number of samples.
+    /// Wall time to render for instead of a number of samples, with what the method makes ready.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     pub seconds: Option<f64>,
 

@@ -245,10 +245,15 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     let stage = Stage::new(&scene)
         .for_samples(arguments.samples().unwrap_or(samples))
         .with_lights(lights.unwrap_or_default());
+    let start = Instant::now();
     let mut started = match arguments.device {
         Device::Cpu => Some(arguments.method.start(&stage, moves)?),
         Device::Gpu => None,
     };
+    // Trees and pilots that the method needs are a part of its time.
+    if let Budget::Seconds(budget) = &mut options.budget {
+        *budget = (*budget - start.elapsed().as_secs_f64()).max(f64::MIN_POSITIVE);
+    }
     let mut pilot = chosen.as_ref();
     let pilot_seconds = chosen.as_ref().map_or(0.0, |chosen| chosen.seconds);
     let mut setup_seconds = setup.elapsed().as_secs_f64() - pilot_seconds;
