@@ -19,7 +19,6 @@ mod chain;
 mod choice;
 mod choosing;
 mod cost;
-mod emitter_samples;
 mod frames;
 mod gains;
 mod pilot;

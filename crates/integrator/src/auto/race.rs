@@ -3,7 +3,6 @@
 use super::candidates::{Family, LeftOut};
 use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
-use super::emitter_samples::{TRIED, best_number};
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
@@ -47,6 +46,8 @@ pub(super) struct Race<'r, 'a> {
     pub start: f64,
     /// Whether the plain method's images are of one sample: frames that share paths tell its error.
     pub in_brief: bool,
+    /// Paths with several emitter samples whose error is told by those with one, without images.
+    pub told: Option<Method>,
 }
 
 /// Whether frames that share paths tell the error of the plain method: that is `path` with its
@@ -67,6 +68,22 @@ fn is_path_alike(method: &Method, other: &Method) -> bool {
 /// Whether a method is paths with several.
 fn has_several_samples(method: &Method) -> bool {
     method.name() == "path" && method.values().light_samples() > 1
+}
+
+/// Whether frames of a method share paths.
+fn shares(method: &Method) -> bool {
+    matches!(method.name(), "path-reuse" | "volpath-reuse")
+}
+
+/// Rays of paths, and of how many frames they are, by frames that share paths: a tree is a path
+/// with what it shares beside.
+fn rays_of_paths(done: &[(Method, Images)]) -> Option<(RayCounts, u32)> {
+    let (_, images) = done.iter().find(|(method, _)| shares(method))?;
+    let rays = RayCounts {
+        reconnection: 0,
+        ..images.rays?
+    };
+    Some((rays, images.frames))
 }
 
 /// Processor seconds of this process so far; zero where the platform does not tell.
@@ -104,6 +121,10 @@ impl Race<'_, '_> {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
                     continue;
                 };
+                if has_several_samples(method) && self.is_told(method, &done) {
+                    self.told = Some(method.clone());
+                    continue;
+                }
                 // Frames that resample seem to gain while they lack their outliers. Allowing for
                 // those leaves few frames nothing to show.
                 if method.name() == RESAMPLING && frames < FEW_FRAMES {
@@ -132,6 +153,9 @@ impl Race<'_, '_> {
                 };
                 done[0].1 = images;
             }
+            if self.told.is_some() && has_several_samples(&family.methods[0]) {
+                continue;
+            }
             self.judge(&done);
             if place == 0 {
                 way = usize::from(self.best() > Some(0));
@@ -143,42 +167,84 @@ impl Race<'_, '_> {
         self.foresee_short_paths(&done)
     }
 
-    /// Adds what short paths bring, where that may change the choice.
+    /// Adds what short paths bring, where that may change the choice, and paths with several
+    /// emitter samples whose images were left out.
     fn foresee_short_paths(&mut self, done: &[(Method, Images)]) -> Result<(), MethodError> {
         let weights = self.weights(done);
         let of_set = if self.plan.samples < MANY_SAMPLES { 2 } else { 4 };
         let mut looks = ShortLooks::new(self.stage, of_set);
-        if let Some([one, several]) = self.told_by_one(done)
-            && let trials = [one, several].map(|place| &self.trials[place])
-            && let Some([error, relative]) = looks.errors_of_several(trials, &weights)?
-        {
-            let certain = self.trials[one].certain;
-            let several = &mut self.trials[several];
-            (several.error, several.relative, several.certain) = (error, relative, certain);
-        }
-        let Some(best) = self.best().map(|best| self.trials[best].merit()) else {
+        let Some(best) = self.best() else {
             return Ok(());
         };
-        let first = self.trials[0].cost;
+        let most = MOST_SHORT_GAIN * self.trials[best].merit();
+        let work = f64::from(self.task.samples) * self.trials[0].cost;
+        let frames = |trial: &Trial| work / trial.cost;
         for trial in &mut self.trials {
-            if trial.merit() <= MOST_SHORT_GAIN * best {
-                let frames = f64::from(self.task.samples) * first / trial.cost;
-                trial.short = looks.gain(trial, frames, &weights)?;
+            if trial.merit() <= most {
+                trial.short = looks.gain(trial, frames(trial), &weights)?;
             }
         }
+        let Some((one, mut several)) = self.of_several(done) else {
+            return Ok(());
+        };
+        let least = self
+            .best()
+            .map_or(f64::INFINITY, |best| self.trials[best].merit());
+        let trials = [&one, &several];
+        let Some([error, relative]) = looks.least_errors_of_several(trials, &weights)? else {
+            return Ok(());
+        };
+        if (Trial {
+            error,
+            relative,
+            ..several.clone()
+        })
+        .merit()
+            > least
+        {
+            self.leave_out(&several.method, "other light holds too much of the error");
+            return Ok(());
+        }
+        let Some([error, relative]) = looks.errors_of_several(trials, &weights)? else {
+            return Ok(());
+        };
+        (several.error, several.relative) = (error, relative);
+        several.short = looks.gain(&several, frames(&several), &weights)?;
+        self.trials.push(several);
         Ok(())
     }
 
-    /// Trials of paths with one emitter sample and with several, chosen alike, where frames that
-    /// share paths tell the error of the former.
-    fn told_by_one(&self, done: &[(Method, Images)]) -> Option<[usize; 2]> {
-        let place = |is: &dyn Fn(&Method) -> bool| self.trials.iter().position(|trial| is(&trial.method));
-        let several = place(&has_several_samples)?;
-        let one = place(&|method| is_path_alike(method, &self.trials[several].method))?;
+    /// Whether the error of paths with several emitter samples is told by that of one: where frames
+    /// that share paths tell the latter, and images of short paths can be looked at.
+    fn is_told(&self, several: &Method, done: &[(Method, Images)]) -> bool {
+        let choosing = |method: &Method| method.values().light_choosing();
         let tells = |(method, images): &(Method, Images)| {
-            images.tells_plain_errors() && is_path_alike(&self.trials[one].method, method)
+            images.tells_plain_errors() && choosing(method) == choosing(several)
         };
-        done.iter().any(tells).then_some([one, several])
+        !self.task.by_clock
+            && done.iter().any(tells)
+            && done.iter().any(|(method, _)| is_path_alike(method, several))
+            && several.long_paths(self.stage).is_some()
+    }
+
+    /// The trial of paths with one emitter sample, and one of those with several that are told by
+    /// them, with the same errors for now.
+    fn of_several(&self, done: &[(Method, Images)]) -> Option<(Trial, Trial)> {
+        let method = self.told.clone()?;
+        let one = self
+            .trials
+            .iter()
+            .find(|trial| is_path_alike(&trial.method, &method))?;
+        let (rays, frames) = rays_of_paths(done)?;
+        let cost = FrameCost::of(&method, &self.features).of_paths(&rays, self.pixels(frames));
+        // At best its short paths gain as much.
+        let several = Trial {
+            frames: self.plan.frames(FrameCost::at_first_sight(&method))?,
+            method,
+            cost,
+            ..one.clone()
+        };
+        Some((one.clone(), several))
     }
 
     /// The weights of pixels in relative errors.
@@ -190,24 +256,22 @@ impl Race<'_, '_> {
         weights(shown.map(|(_, images)| images), width as usize)
     }
 
+    /// Pixels of so many frames of two images.
+    fn pixels(&self, frames: u32) -> f64 {
+        let [width, height] = self.plan.size(self.task.size).map(f64::from);
+        2.0 * width * height * f64::from(frames)
+    }
+
     /// Works out costs, for which rays of paths may have been counted late.
     fn judge(&mut self, done: &[(Method, Images)]) {
-        let [width, height] = self.plan.size(self.task.size).map(f64::from);
-        let shares = |method: &Method| matches!(method.name(), "path-reuse" | "volpath-reuse");
+        let [width, _] = self.plan.size(self.task.size);
         let shared = done.iter().find(|(method, _)| shares(method));
-        // A tree is a path with what it shares beside.
-        let path = shared.and_then(|(_, images)| {
-            let rays = RayCounts {
-                reconnection: 0,
-                ..images.rays?
-            };
-            Some((rays, images.frames))
-        });
+        let path = rays_of_paths(done);
         let weights = self.weights(done);
         let of_use = &done[usize::from(self.in_brief)..];
         let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
         let shows_outliers = of_use.iter().all(shows);
-        let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
+        let pixels = |frames: u32| self.pixels(frames);
         let certain = |(method, images): &(Method, Images)| {
             // Up to all pixels of a square share a bright path.
             let side = match method.name() {
@@ -287,17 +351,6 @@ impl Race<'_, '_> {
             .map(|(place, _)| place)
     }
 
-    /// Paths with another number of emitter samples than was tried, where that is better, and what
-    /// they cost beside those tried.
-    fn other_number_of_emitters(&self, chosen: &Trial) -> Option<(Method, f64)> {
-        let is_one = |trial: &&Trial| is_path_alike(&trial.method, &chosen.method);
-        let one = self.trials.iter().find(is_one)?;
-        let is_tried = has_several_samples(&chosen.method) && chosen.method.values().light_samples() == TRIED;
-        is_tried
-            .then(|| best_number(one, chosen, &self.features, self.max_depth))
-            .flatten()
-    }
-
     /// The choice, or the plain one if there was none.
     pub fn finish(self, plain: Choice) -> Choice {
         let best = self.best().filter(|_| !self.cancel.load(Ordering::Relaxed));
@@ -318,18 +371,8 @@ impl Race<'_, '_> {
         // The plainest one is rendered as often as is asked, whatever its short paths are.
         let short = if best == 0 { 1.0 } else { chosen.short.cost };
         let cost = short * chosen.cost / first.cost;
-        let other = self.other_number_of_emitters(chosen);
-        let why = match &other {
-            Some((method, _)) => format!(
-                "{why}; {} has most of its error in emitters, so {method}",
-                chosen.method
-            ),
-            None => why,
-        };
-        let (method, more) = other.unwrap_or_else(|| (chosen.method.clone(), 1.0));
-        let cost = cost * more;
         Choice {
-            method,
+            method: chosen.method.clone(),
             cost: if cost.is_finite() { cost.max(MIN_COST) } else { 1.0 },
             why,
             pilot: Some(PilotRun {
