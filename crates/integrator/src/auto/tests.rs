@@ -2,7 +2,7 @@
 
 use super::{Auto, AutoTask, Choice, MethodRequest, Trial};
 use lightshed_scene::glam::Vec3A;
-use lightshed_scene::{Material, Rgb, Scene, builtin};
+use lightshed_scene::{Scene, builtin};
 use std::sync::atomic::AtomicBool;
 
 fn scene(name: &str) -> Scene {
@@ -167,52 +167,34 @@ fn plain_paths_are_told_by_shared_ones() {
 /// Planted faults: what is told is not judged; the least error is taken for the error.
 #[test]
 fn several_emitter_samples_are_told() {
-    let several = |name: &str, by_clock: bool| {
-        let mut description = builtin::by_name(name).unwrap();
-        (description.settings.width, description.settings.height) = (48, 32);
-        description.settings.max_depth = Some(4);
-        if name == "many-lights" {
-            let reflectance = Rgb::splat(0.02).into();
-            description.materials.fill(Material::Diffuse { reflectance });
-        }
+    const TEXT: &str = "path:bvh:light-samples=4";
+    let choice = |text: &str, by_clock: bool| {
         let task = AutoTask {
             by_clock,
             ..AutoTask::new([48, 32], ENOUGH)
         };
-        let mut scene = Scene::new(&description).unwrap();
-        let choice = auto("auto")
-            .choose(&mut scene, &task, &AtomicBool::new(false))
-            .unwrap();
-        let is_several = |text: &str| text == "path:bvh:light-samples=4";
-        let left_out = choice.left_out.iter().find(|left| is_several(&left.method));
-        let mut trials = choice.trials.iter();
-        let trial = trials.find(|trial| is_several(&trial.method.to_string()));
-        (
-            left_out.map(|left| left.why.clone()),
-            trial.cloned(),
-            choice.trials,
-        )
+        let mut scene = scene("warehouse");
+        let choice = auto(text).choose(&mut scene, &task, &AtomicBool::new(false));
+        choice.unwrap()
     };
-    let (why, trial, trials) = several("warehouse", false);
-    assert_eq!(
-        why.as_deref(),
-        Some("other light holds too much of the error"),
-        "{trials:?}"
-    );
-    assert!(trial.is_none());
-    let (why, trial, trials) = several("warehouse", true);
-    assert!(why.is_none() && trial.is_some(), "{trials:?}");
-    // Black walls reflect next to nothing.
-    let (why, trial, trials) = several("many-lights", false);
-    let trial = trial.unwrap_or_else(|| panic!("{why:?} {trials:?}"));
-    let one = trials
-        .iter()
-        .find(|trial| trial.method.to_string() == "path:bvh")
-        .unwrap();
+    let trial = |choice: &Choice, text: &str| {
+        let mut trials = choice.trials.iter();
+        trials.find(|trial| trial.method.to_string() == text).cloned()
+    };
+    let told = choice("auto", false);
+    assert!(trial(&told, TEXT).is_none());
+    let left_out = told.left_out.iter().find(|left| left.method == TEXT);
+    let why = left_out.map(|left| left.why.as_str());
+    assert_eq!(why, Some("other light holds too much of the error"));
+    assert!(trial(&choice("auto", true), TEXT).is_some());
+    let told = choice("auto:lights=bvh", false);
+    let [one, several] = ["path:bvh", TEXT].map(|text| trial(&told, text).expect(text));
     let of_frame = |trial: &Trial| f64::from(trial.frames) * (trial.error * trial.relative).sqrt();
-    let ratio = of_frame(&trial) / of_frame(one);
-    assert!((0.1..0.6).contains(&ratio), "{ratio} {trials:?}");
-    assert!((1.5..4.0).contains(&(trial.cost / one.cost)), "{trials:?}");
+    let (ratio, cost) = (of_frame(&several) / of_frame(&one), several.cost / one.cost);
+    assert!(
+        (0.15..0.6).contains(&ratio) && (1.5..4.0).contains(&cost),
+        "{ratio} {cost}"
+    );
 }
 
 /// Where emitters make the error of direct light, several are sampled.
