@@ -158,7 +158,8 @@ mod tests {
     }
 
     /// Errors with several emitter samples follow from those with one.
-    /// Planted faults: the short paths of one taken away twice, or not at all.
+    /// Planted faults: the short paths of one taken away twice, or not at all; the least variance
+    /// times the number of samples.
     #[test]
     fn several_samples_are_told_by_one() {
         let scene = scene("warehouse");

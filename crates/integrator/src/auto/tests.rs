@@ -164,7 +164,7 @@ fn plain_paths_are_told_by_shared_ones() {
 /// Paths with several emitter samples have no images of their own where shared paths tell their
 /// error: they are judged by that, or left out where other light holds too much of it. Where time
 /// is what counts they have images.
-/// Planted faults: what is told is not judged; the least error is taken for the error.
+/// Planted fault: what is told is not judged.
 #[test]
 fn several_emitter_samples_are_told() {
     const TEXT: &str = "path:bvh:light-samples=4";
