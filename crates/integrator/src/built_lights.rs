@@ -7,8 +7,8 @@ use lightshed_scene::{EmittersIdentity, Scene};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Trees over lights that several [`Stage`](crate::Stage)s share: those of the same scene with other
-/// cameras, or at other sizes. Clones share what is in them.
+/// Trees over lights that several [`Stage`](crate::Stage)s share: those of the same scene with
+/// other cameras, or at other sizes. Clones share what is in them.
 ///
 /// A tree is found again by the emitters that it is over, so one such store may be used for any
 /// number of scenes. What learns from images is not kept.

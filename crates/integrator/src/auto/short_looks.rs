@@ -6,7 +6,7 @@ use crate::path::short::{Foreseen, ShortLook};
 use crate::registry::{Method, MethodError, Stage};
 
 /// The least variance of a path's light with several emitter samples, times their number, in parts
-/// of that with one: samples at one point are strata of the emitters. Measured is 0.6 or more, in `warehouse`.
+/// of that with one: samples at one point are strata of the emitters. `warehouse` has 0.6.
 const STRATIFIED_EMITTERS: f64 = 0.3;
 
 /// Looks at short paths, one for each way to sample emitters.
