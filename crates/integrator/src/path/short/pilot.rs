@@ -146,6 +146,9 @@ fn cost(rays: RayCounts, path: f64) -> f64 {
     CAMERA_RAY * rays.camera as f64 + path * rays.path as f64 + rays.emitter as f64
 }
 
+/// What traces paths up to some edges, of a set, and counts their rays.
+type Trace<'t> = dyn Fn(u32, usize, &[SampleId], &RayTally) -> [Rgb; MAX_BATCH] + 't;
+
 fn look_at<S: EmitterSampler>(
     (transport, visible): (&Transport<'_, S>, Option<&VisibleEmission>),
     of_set: usize,
@@ -160,57 +163,61 @@ fn look_at<S: EmitterSampler>(
         paths_up_to(longest, transport, visible, words, ids, Some(tally))
     };
     let pixels = block.pixels();
-    let mut seen = vec![Seen::default(); pixels.len()];
-    let mut firsts = vec![[Rgb::ZERO; SETS]; pixels.len()];
+    let (seen, firsts) = look_at_short(&trace, of_set, &pixels);
+    let looked = Looked {
+        seen,
+        followed: 0.0,
+        paths_followed: 0,
+    };
+    match transport.max_depth > SHORT {
+        true => follow(&trace, &pixels, &firsts, looked),
+        false => looked,
+    }
+}
+
+/// What short paths show of pixels, and what the first one of each set finds.
+fn look_at_short(trace: &Trace<'_>, of_set: usize, pixels: &[[u32; 2]]) -> (Vec<Seen>, Vec<[Rgb; SETS]>) {
+    let (mut seen, mut firsts) = (Vec::new(), Vec::new());
     // The paths of a set fill a batch.
-    let together = MAX_BATCH / of_set;
-    for (start, seen) in (0..).step_by(together).zip(seen.chunks_mut(together)) {
-        let pixels = &pixels[start..start + seen.len()];
-        let ids: Vec<SampleId> = pixels
-            .iter()
-            .flat_map(|&[x, y]| (0..of_set as u32).map(move |index| SampleId { x, y, index }))
-            .collect();
+    for pixels in pixels.chunks(MAX_BATCH / of_set) {
+        let of_pixel = |&[x, y]: &[u32; 2]| (0..of_set as u32).map(move |index| SampleId { x, y, index });
+        let ids: Vec<SampleId> = pixels.iter().flat_map(of_pixel).collect();
         let mut tally = RayTally::default();
-        let mut means = vec![[Rgb::ZERO; SETS]; seen.len()];
+        let mut means = vec![[Rgb::ZERO; SETS]; pixels.len()];
+        let first = firsts.len();
+        firsts.resize(first + pixels.len(), [Rgb::ZERO; SETS]);
         for set in 0..SETS {
             let found = trace(SHORT, set, &ids, &tally);
             for (pixel, found) in found[..ids.len()].chunks(of_set).enumerate() {
                 means[pixel][set] = found.iter().sum::<Rgb>() / of_set as f32;
-                firsts[start + pixel][set] = found[0];
+                firsts[first + pixel][set] = found[0];
             }
         }
         let cost = cost(tally.take(), LAST_EDGE) / (SETS * ids.len()) as f64;
-        for (seen, means) in seen.iter_mut().zip(&means) {
+        seen.extend(means.iter().map(|means| {
             let variance = |set: usize| variance(means[set], means[set + 1]) * of_set as f32;
-            *seen = Seen {
+            Seen {
                 short: [0, 2].map(|set| sound(variance(set))),
                 brightness: sound(means.iter().sum::<Rgb>().element_sum() / SETS as f32),
                 cost: cost as f32,
                 long: 0.0,
-            };
-        }
+            }
+        }));
     }
-    if transport.max_depth <= SHORT {
-        return Looked {
-            seen,
-            followed: 0.0,
-            paths_followed: 0,
-        };
-    }
-    // The same numbers, so these are the same paths, to their ends.
+    (seen, firsts)
+}
+
+/// Adds what longer paths show: some of the first ones of sets, by the same numbers, to their ends.
+fn follow(trace: &Trace<'_>, pixels: &[[u32; 2]], firsts: &[[Rgb; SETS]], looked: Looked) -> Looked {
     let mut tally = RayTally::default();
-    let followed: Vec<usize> = (0..pixels.len()).step_by(FOLLOWED_PIXELS).collect();
-    let first = |&pixel: &usize| SampleId {
-        x: pixels[pixel][0],
-        y: pixels[pixel][1],
-        index: 0,
-    };
-    let ids: Vec<SampleId> = followed.iter().map(first).collect();
-    let mut longs = vec![[Rgb::ZERO; FOLLOWED]; followed.len()];
+    let of_first = |&[x, y]: &[u32; 2]| SampleId { x, y, index: 0 };
+    let ids: Vec<SampleId> = pixels.iter().step_by(FOLLOWED_PIXELS).map(of_first).collect();
+    let mut longs = vec![[Rgb::ZERO; FOLLOWED]; ids.len()];
     for set in 0..FOLLOWED {
         let whole = trace(u32::MAX, set, &ids, &tally);
-        for ((long, &pixel), whole) in longs.iter_mut().zip(&followed).zip(&whole) {
-            long[set] = *whole - firsts[pixel][set];
+        let short = firsts.iter().step_by(FOLLOWED_PIXELS);
+        for ((long, short), whole) in longs.iter_mut().zip(short).zip(&whole) {
+            long[set] = *whole - short[set];
         }
     }
     let mean = |of: &dyn Fn(&[Rgb; FOLLOWED]) -> f32| {
@@ -218,14 +225,15 @@ fn look_at<S: EmitterSampler>(
     };
     let long = mean(&|long| variance(long[0], long[1]));
     let brightness = mean(&|long| long.iter().sum::<Rgb>().element_sum() / FOLLOWED as f32);
-    for seen in &mut seen {
-        seen.long = long;
-        seen.brightness = sound(seen.brightness + brightness);
-    }
+    let add = |seen: Seen| Seen {
+        long,
+        brightness: sound(seen.brightness + brightness),
+        ..seen
+    };
     Looked {
-        seen,
+        seen: looked.seen.into_iter().map(add).collect(),
         followed: cost(tally.take(), 1.0),
-        paths_followed: FOLLOWED * followed.len(),
+        paths_followed: FOLLOWED * ids.len(),
     }
 }
 
