@@ -156,6 +156,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     // What each task of a job spends before it renders.
     let reading_seconds = process_cpu_seconds();
     let chosen = choose(arguments, &mut scene, &options, frame)?;
+    let whole = arguments.samples().unwrap_or(samples);
     if let Some(chosen) = &chosen {
         arguments.method = chosen.choice.method.clone();
         match &mut options.budget {
@@ -241,10 +242,10 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         }),
     };
     warnings.extend(empty(&scene).map(str::to_owned));
-    let lights = chosen.as_ref().map(|chosen| chosen.choice.lights.clone());
+    let choice = chosen.as_ref().map(|chosen| &chosen.choice);
     let stage = Stage::new(&scene)
-        .for_samples(arguments.samples().unwrap_or(samples))
-        .with_lights(lights.unwrap_or_default());
+        .for_samples(choice.map_or(whole, |choice| choice.frames_of_stage(whole)))
+        .with_lights(choice.map(|choice| choice.lights.clone()).unwrap_or_default());
     let start = Instant::now();
     let mut started = match arguments.device {
         Device::Cpu => Some(arguments.method.start(&stage, moves)?),

@@ -36,6 +36,16 @@ impl Choice {
     pub fn frames(&self, samples: u32) -> u32 {
         ((f64::from(samples) / self.cost).round() as u32).max(1)
     }
+
+    /// The frames of an image without several short paths that costs as much: those that
+    /// [`Stage::for_samples`](crate::Stage::for_samples) takes, by which the choice has foreseen
+    /// whether there will be several.
+    pub fn frames_of_stage(&self, samples: u32) -> u32 {
+        let mut others = self.trials.iter().skip(1);
+        let chosen = others.find(|trial| trial.method == self.method);
+        let short = chosen.map_or(1.0, |trial| trial.short.cost);
+        ((f64::from(samples) * short / self.cost).round() as u32).max(1)
+    }
 }
 
 /// What the pilot was.

@@ -172,7 +172,7 @@ impl Race<'_, '_> {
     fn foresee_short_paths(&mut self, done: &[(Method, Images)]) -> Result<(), MethodError> {
         let weights = self.weights(done);
         let of_set = if self.plan.samples < MANY_SAMPLES { 2 } else { 4 };
-        let mut looks = ShortLooks::new(self.stage, of_set, self.task.samples);
+        let mut looks = ShortLooks::new(self.stage, of_set);
         let Some(best) = self.best() else {
             return Ok(());
         };

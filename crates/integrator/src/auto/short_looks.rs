@@ -14,24 +14,19 @@ pub(super) struct ShortLooks<'r, 'a> {
     stage: &'r Stage<'a>,
     /// Paths of each of a pilot's sets.
     of_set: usize,
-    /// Samples that are asked for of the image: whether it has a pilot depends on that, whatever
-    /// its frames cost.
-    samples: u32,
     known: Vec<(Method, ShortLook)>,
 }
 
 impl<'r, 'a> ShortLooks<'r, 'a> {
-    pub fn new(stage: &'r Stage<'a>, of_set: usize, samples: u32) -> Self {
-        Self {
-            stage,
-            of_set,
-            samples,
-            known: Vec::new(),
-        }
+    pub fn new(stage: &'r Stage<'a>, of_set: usize) -> Self {
+        let known = Vec::new();
+        Self { stage, of_set, known }
     }
 
-    /// What short paths of a method do in the image; `None` of methods that do not know them.
-    fn foreseen(&mut self, method: &Method) -> Result<Option<Foreseen>, MethodError> {
+    /// What short paths of a method do in an image of so many frames, see
+    /// [`Choice::frames_of_stage`](super::Choice::frames_of_stage); `None` of methods that do not
+    /// know them.
+    fn foreseen(&mut self, method: &Method, frames: f64) -> Result<Option<Foreseen>, MethodError> {
         let Some(long) = method.long_paths(self.stage) else {
             return Ok(None);
         };
@@ -49,13 +44,13 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
             }
         };
         let has_several = method.values().several_short_paths();
-        let samples = if has_several { self.samples } else { 0 };
+        let samples = if has_several { frames.round() as u32 } else { 0 };
         Ok(Some(self.known[place].1.foreseen(long, samples)))
     }
 
     /// The gain of a trial's method in an image of `frames` frames.
     pub fn gain(&mut self, trial: &Trial, frames: f64, weights: &[f64]) -> Result<ShortGain, MethodError> {
-        let Some(foreseen) = self.foreseen(&trial.method)? else {
+        let Some(foreseen) = self.foreseen(&trial.method, frames)? else {
             return Ok(ShortGain::NONE);
         };
         let tried = f64::from(trial.frames);
@@ -71,7 +66,7 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         [one, several]: [&Trial; 2],
         weights: &[f64],
     ) -> Result<Option<Errors>, MethodError> {
-        let Some(by_several) = self.foreseen(&several.method)? else {
+        let Some(by_several) = self.foreseen(&several.method, 0.0)? else {
             return Ok(None);
         };
         let short = certain_means(&by_several, weights);
@@ -96,7 +91,7 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         weights: &[f64],
         several_of: impl Fn(Errors) -> Errors,
     ) -> Result<Option<Errors>, MethodError> {
-        let Some(by_one) = self.foreseen(&one.method)? else {
+        let Some(by_one) = self.foreseen(&one.method, 0.0)? else {
             return Ok(None);
         };
         let frames = [one, several].map(|trial| f64::from(trial.frames));
@@ -149,9 +144,12 @@ mod tests {
             let (before, after) = (of(&one, &method, 4), of(&several, &method, 32));
             let weights = weights([&before].into_iter(), 64);
             let [known, found] = [&before, &after].map(|images| trial(&method, images, &weights));
-            let of = |samples: u32| ShortLooks::new(&one, 4, samples).gain(&known, 32.0, &weights);
-            assert_eq!(of(16).unwrap().cost, 1.0, "{name} {text}: too few for a pilot");
-            let gain = of(SAMPLES).unwrap();
+            let mut looks = ShortLooks::new(&one, 4);
+            let gain = looks.gain(&known, 16.0, &weights).unwrap();
+            assert_eq!(gain.cost, 1.0, "{name} {text}: too few for a pilot");
+            let foreseen = looks.foreseen(&method, f64::from(SAMPLES)).unwrap().unwrap();
+            let errors = [known.error, known.relative].map(|error| 4.0 * error);
+            let gain = ShortGain::of(&foreseen, errors, [4.0, 32.0], &weights);
             let measured = 8.0 * (found.error / known.error * found.relative / known.relative).sqrt();
             assert!(gain.cost > 1.0 && gain.both() < 1.0, "{name} {text}: {gain:?}");
             let ratio = gain.error / measured;
@@ -173,7 +171,7 @@ mod tests {
             trial(&methods[0], &one, &weights),
             trial(&methods[1], &several, &weights),
         ];
-        let mut looks = ShortLooks::new(&stage, 4, 0);
+        let mut looks = ShortLooks::new(&stage, 4);
         let told = looks
             .errors_of_several([&trials[0], &trials[1]], &weights)
             .unwrap()

@@ -58,7 +58,7 @@ const CAMERA_RAY: f64 = 0.5;
 const LAST_EDGE: f64 = 0.5;
 
 /// What a pilot may cost, in parts of the image's work.
-const SHARE: f32 = 0.05;
+const SHARE: f32 = 0.06;
 
 /// About the least that a short path costs, in whole ones, and most paths of sets of two in blocks
 /// that tell what they cost, for each pixel of the image.

@@ -205,11 +205,11 @@ fn pilots_find_what_varies() {
     assert!(tracer.with_short_paths(1024).short.is_none());
 }
 
-/// A pilot is a twentieth of the image's work, or none; where short paths cost little, images of
+/// A pilot is 6 % of the image's work at most, or none; where short paths cost little, images of
 /// few samples have one.
 /// Planted faults: the share of those followed to their ends left out; costs the wrong way round.
 #[test]
-fn pilots_are_a_twentieth() {
+fn pilots_are_a_small_share() {
     for short in [0.2, 0.3, 0.9, 1.0] {
         for samples in [1, 32, 64, 100, 400, 1 << 20] {
             for longest in [1, 2, 3, 8] {
@@ -224,14 +224,14 @@ fn pilots_are_a_twentieth() {
                     0.0
                 };
                 let paths = followed + short / whole * (SETS * of_set) as f32;
-                assert!(paths <= 0.0501 * samples as f32, "{costs:?} {samples} {longest}");
+                assert!(paths <= 0.0601 * samples as f32, "{costs:?} {samples} {longest}");
                 assert!(of_set.is_power_of_two() && of_set <= 8);
             }
         }
     }
     let of_set = |samples: u32, short: f32| paths_of_set(samples, 8, PathCosts { short, whole: 1.0 });
-    assert_eq!([of_set(32, 0.3), of_set(64, 0.3)], [None, Some(2)]);
-    assert_eq!([of_set(64, 0.9), of_set(400, 0.9)], [None, Some(4)]);
+    assert_eq!([of_set(48, 0.3), of_set(54, 0.3)], [None, Some(2)]);
+    assert_eq!([of_set(64, 0.9), of_set(300, 0.9)], [None, Some(4)]);
     assert_eq!(of_set(1 << 30, 0.0), Some(8));
     assert_eq!(
         paths_of_set(

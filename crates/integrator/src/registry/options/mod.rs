@@ -86,7 +86,7 @@ pub const SHORT_PATHS: MethodOption = MethodOption::new(
     "several",
     |text| one_of(text, &["several", "one"]),
     "How light of at most two edges is found: by several samples in pixels where it varies more than they cost, as a pilot \
-     says (of images of 60 samples or more), or by one, which longer paths begin with",
+     says (of images of 50 samples or more), or by one, which longer paths begin with",
 );
 
 /// Samples of emitters at a point.
