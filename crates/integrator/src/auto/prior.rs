@@ -34,9 +34,9 @@ const SOME: [f64; 2] = [0.15, 0.3];
 const LOSES: [f64; 2] = [1.3, 1.6];
 
 /// What the errors of several emitter samples at a point are multiplied with: an image of many
-/// frames stratifies one sample of each better than a pilot shows. In `many-lights`,
-/// `many_lights_1000` and `oacmpctf3` several have 1.45 times the cost times error, beside one, that
-/// pilots show, and in `candles` 1.2 times; in `warehouse` of two edges less than pilots show.
+/// frames stratifies one sample of each better than a pilot shows. Cost times error of several
+/// beside one is 1.45 times what pilots show in `many-lights`, `many_lights_1000` and `oacmpctf3`,
+/// and 1.2 times in `candles`; in `warehouse` of two edges it is less.
 pub(super) const SEVERAL_SAMPLES: f64 = 1.25;
 
 /// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
