@@ -34,18 +34,23 @@ impl Choice {
     /// The frames, or samples of each pixel, that cost as much as `samples` of the plainest
     /// candidate: at least one.
     pub fn frames(&self, samples: u32) -> u32 {
-        ((f64::from(samples) / self.cost).round() as u32).max(1)
+        whole(f64::from(samples) / self.cost)
     }
 
-    /// The frames of an image without several short paths that costs as much: those that
-    /// [`Stage::for_samples`](crate::Stage::for_samples) takes, by which the choice has foreseen
-    /// whether there will be several.
+    /// The frames that [`Stage::for_samples`](crate::Stage::for_samples) takes: those of an image
+    /// that costs as much as `samples` without several short paths. The choice has foreseen
+    /// short paths by this number.
     pub fn frames_of_stage(&self, samples: u32) -> u32 {
         let mut others = self.trials.iter().skip(1);
         let chosen = others.find(|trial| trial.method == self.method);
         let short = chosen.map_or(1.0, |trial| trial.short.cost);
-        ((f64::from(samples) * short / self.cost).round() as u32).max(1)
+        whole(f64::from(samples) * short / self.cost)
     }
+}
+
+/// The nearest number of frames, at least one.
+fn whole(frames: f64) -> u32 {
+    (frames.round() as u32).max(1)
 }
 
 /// What the pilot was.

@@ -51,8 +51,8 @@ pub struct Emitters {
     identity: EmittersIdentity,
 }
 
-/// Equal for the same emitters of the same scene, and different for those of any other, whatever
-/// they are.
+/// Tells the emitters of one scene from those of any other: two are equal only if they are of the
+/// same scene.
 #[derive(Clone, Debug, Default)]
 pub struct EmittersIdentity(Arc<()>);
 

@@ -60,9 +60,10 @@ const LAST_EDGE: f64 = 0.5;
 /// What a pilot may cost, in parts of the image's work.
 const SHARE: f32 = 0.06;
 
-/// About the least that a short path costs, in whole ones, and most paths of sets of two in blocks
-/// that tell what they cost, for each pixel of the image.
+/// About the least that a short path costs, in whole ones.
 const CHEAPEST: f32 = 0.25;
+
+/// One block of so many tells what paths cost.
 const ONE_BLOCK_OF: usize = 16;
 
 /// Paths of a set, a power of two, in a pilot for an image of `samples` samples by paths of at most
@@ -106,8 +107,8 @@ pub fn look<S: EmitterSampler>(
         look_at((transport, visible), of_set, &block)
     });
     let mut seen = vec![Seen::default(); size[0] * size[1]];
-    for (block, looked) in blocks(size).zip(&looked) {
-        for (&[x, y], &of_pixel) in block.pixels().iter().zip(&looked.seen) {
+    for block in &looked {
+        for (&[x, y], &of_pixel) in block.pixels.iter().zip(&block.seen) {
             seen[y as usize * size[0] + x as usize] = of_pixel;
         }
     }
@@ -121,6 +122,7 @@ fn image_size<S: EmitterSampler>(transport: &Transport<'_, S>) -> [usize; 2] {
 
 /// What is seen in a block, pixel by pixel, and rays of the paths that were followed.
 struct Looked {
+    pixels: Vec<[u32; 2]>,
     seen: Vec<Seen>,
     followed: f64,
     paths_followed: usize,
@@ -165,12 +167,13 @@ fn look_at<S: EmitterSampler>(
     let pixels = block.pixels();
     let (seen, firsts) = look_at_short(&trace, of_set, &pixels);
     let looked = Looked {
+        pixels,
         seen,
         followed: 0.0,
         paths_followed: 0,
     };
     match transport.max_depth > SHORT {
-        true => follow(&trace, &pixels, &firsts, looked),
+        true => follow(&trace, &firsts, looked),
         false => looked,
     }
 }
@@ -207,11 +210,13 @@ fn look_at_short(trace: &Trace<'_>, of_set: usize, pixels: &[[u32; 2]]) -> (Vec<
     (seen, firsts)
 }
 
-/// Adds what longer paths show: some of the first ones of sets, by the same numbers, to their ends.
-fn follow(trace: &Trace<'_>, pixels: &[[u32; 2]], firsts: &[[Rgb; SETS]], looked: Looked) -> Looked {
+/// Adds what longer paths show. It follows some first paths of the sets to their ends, by the same
+/// numbers.
+fn follow(trace: &Trace<'_>, firsts: &[[Rgb; SETS]], looked: Looked) -> Looked {
     let mut tally = RayTally::default();
     let of_first = |&[x, y]: &[u32; 2]| SampleId { x, y, index: 0 };
-    let ids: Vec<SampleId> = pixels.iter().step_by(FOLLOWED_PIXELS).map(of_first).collect();
+    let followed = looked.pixels.iter().step_by(FOLLOWED_PIXELS);
+    let ids: Vec<SampleId> = followed.map(of_first).collect();
     let mut longs = vec![[Rgb::ZERO; FOLLOWED]; ids.len()];
     for set in 0..FOLLOWED {
         let whole = trace(u32::MAX, set, &ids, &tally);
@@ -234,6 +239,7 @@ fn follow(trace: &Trace<'_>, pixels: &[[u32; 2]], firsts: &[[Rgb; SETS]], looked
         seen: looked.seen.into_iter().map(add).collect(),
         followed: cost(tally.take(), 1.0),
         paths_followed: FOLLOWED * ids.len(),
+        pixels: looked.pixels,
     }
 }
 
