@@ -31,10 +31,16 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The frames, or samples of each pixel, that cost as much as `samples` of the plainest
-    /// candidate: at least one.
+    /// The frames, or samples of each pixel, that cost about as much as `samples` of the plainest
+    /// candidate: at least one. After a pilot it is the roundest number within a sixteenth: points
+    /// of `2^k` samples fill each dimension evenly, and where light is smooth the last few of
+    /// 1,922 samples have as much of the error as all others.
     pub fn frames(&self, samples: u32) -> u32 {
-        whole(f64::from(samples) / self.cost)
+        let frames = f64::from(samples) / self.cost;
+        match self.pilot {
+            Some(_) => roundest(frames),
+            None => whole(frames),
+        }
     }
 
     /// The frames that [`Stage::for_samples`](crate::Stage::for_samples) takes: those of an image
@@ -51,6 +57,19 @@ impl Choice {
 /// The nearest number of frames, at least one.
 fn whole(frames: f64) -> u32 {
     (frames.round() as u32).max(1)
+}
+
+/// How far a rounder number of frames may be from what the work is worth.
+const SLACK: f64 = 1.0 / 16.0;
+
+/// The nearest multiple of the greatest power of two that has one within [`SLACK`]; at least one.
+fn roundest(frames: f64) -> u32 {
+    let multiples = (0..u32::BITS).rev().map(|power| {
+        let step = f64::from(1u32 << power);
+        (frames / step).round() * step
+    });
+    let mut near = multiples.filter(|multiple| (multiple - frames).abs() <= SLACK * frames);
+    near.next().map_or_else(|| whole(frames), whole)
 }
 
 /// What the pilot was.
@@ -126,5 +145,31 @@ impl Trial {
     /// The geometric mean of both errors of an image, as far as it is certain.
     pub(super) fn certain_error(&self) -> f64 {
         self.certain * (self.error * self.relative).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Planted faults: the least power of two first; twice the slack.
+    #[test]
+    fn numbers_of_frames_are_round() {
+        for (frames, round) in [
+            (1922.0, 1920),
+            (1941.0, 2048),
+            (2100.0, 2048),
+            (64.0, 64),
+            (100.0, 96),
+            (24.0, 24),
+            (22.6, 24),
+            (7.4, 7),
+            (2.5, 3),
+            (0.2, 1),
+            (0.0, 1),
+            (4.2e9, u32::MAX),
+        ] {
+            assert_eq!(roundest(frames), round, "{frames}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_FACETS, CACHE_PASSES, CACHE_REFINE, CACHE_SURVIVAL, CAP,
     GUIDE, GUIDE_ALWAYS, GUIDE_BITS, GUIDE_BORDERS, GUIDE_FROM, GUIDE_MEMORY, GUIDE_PRODUCT, GUIDE_SCATTER,
     GUIDE_STATES, GUIDE_TRAINING, LIGHT_SAMPLES, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD,
-    WORLD_BRING, WORLD_CAP, WORLD_CELLS, WORLD_READS,
+    SHORT_PATHS, WORLD_BRING, WORLD_CAP, WORLD_CELLS, WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -18,7 +18,7 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     };
     let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 10] = [
+    let rules: [(&[&MethodOption], bool, &str); 11] = [
         (
             &[
                 &GUIDE_TRAINING,
@@ -34,6 +34,11 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             &[&LIGHT_SAMPLES],
             !guided && !cached,
             "with --guide or --cache, whose paths have one",
+        ),
+        (
+            &[&SHORT_PATHS],
+            values.shares_paths(),
+            "where paths are resampled alone",
         ),
         (
             &[&GUIDE_BITS, &GUIDE_PRODUCT],

@@ -4,13 +4,13 @@ use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::idle::idle_option;
-use super::methods::{METHODS, PATH_REUSE, path_reuse, short_look};
+use super::methods::{METHODS, PATH_REUSE, RESTIR_PT_OFFLINE, path_reuse, short_look};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
 use crate::guided::GuideKind;
 use crate::path::short::{LongPaths, ShortLook};
-use crate::{AnyEmitters, PathReuse};
+use crate::{AnyEmitters, OfflineSplit, PathReuse};
 use std::fmt;
 use std::str::FromStr;
 
@@ -197,8 +197,16 @@ impl Method {
         match self.entry.name {
             "path" if is_plain => Some(LongPaths::ALONE),
             PATH_REUSE => Some(LongPaths::SHARED),
-            "restir-pt-offline" if values.shares_paths() => Some(LongPaths::SHARED),
+            RESTIR_PT_OFFLINE if values.shares_paths() => Some(LongPaths::SHARED),
             _ => None,
+        }
+    }
+
+    /// Frames in which pixels share paths, at most, in each frame of the method.
+    pub(crate) fn shared_frames(&self) -> u32 {
+        match self.entry.name {
+            RESTIR_PT_OFFLINE if self.values.shares_paths() => OfflineSplit::ALL_SHARED.reuse_frames,
+            _ => 1,
         }
     }
 

@@ -33,6 +33,7 @@ fn path_emitters<'b, 'a>(stage: &'b Stage<'a>, values: &MethodValues) -> Result<
 
 /// The name of path reuse.
 pub(super) const PATH_REUSE: &str = "path-reuse";
+pub(super) const RESTIR_PT_OFFLINE: &str = "restir-pt-offline";
 
 /// All methods. Not a constant: each crate that names one compiles the functions in it again.
 pub static METHODS: &[MethodEntry] = &[
@@ -321,7 +322,7 @@ pub static METHODS: &[MethodEntry] = &[
         },
     },
     MethodEntry {
-        name: "restir-pt-offline",
+        name: RESTIR_PT_OFFLINE,
         help: "Path reuse and, where it pays, ReSTIR path tracing of what smooth surfaces scatter, in independent frames, for \
                stills",
         capabilities: MethodCapabilities {
@@ -334,6 +335,7 @@ pub static METHODS: &[MethodEntry] = &[
             options::DIRECT_SAMPLES,
             options::POINTS,
             options::VISIBLE,
+            options::SHORT_PATHS,
             options::FOOTPRINT,
             options::SHARING,
         ],
@@ -616,24 +618,38 @@ pub(super) fn path_reuse<'b, 'a>(
     stage: &'b Stage<'a>,
     values: &MethodValues,
 ) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {
-    let mut reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
-    if values.visible_emission() {
-        reuse = reuse.with_visible_emission();
-    }
+    let reuse = plain_path_reuse(stage, values)?;
     Ok(match values.several_short_paths() {
         true => reuse.with_short_paths(stage.samples()),
         false => reuse,
     })
 }
 
+/// The same without short paths of their own.
+fn plain_path_reuse<'b, 'a>(
+    stage: &'b Stage<'a>,
+    values: &MethodValues,
+) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {
+    let reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
+    Ok(match values.visible_emission() {
+        true => reuse.with_visible_emission(),
+        false => reuse,
+    })
+}
+
 fn shared_restir_pt<'b>(stage: &'b Stage<'_>, values: &MethodValues, options: RestirPtOptions) -> Start<'b> {
     let world = stage.world(values.light_choosing()).map_err(reason)?;
-    let reuse = path_reuse(stage, values)?;
+    let reuse = plain_path_reuse(stage, values)?;
     let options = RestirPtOptions {
         points: values.points(),
         ..options
     };
-    frames(RestirPtOffline::new(reuse, world, options))
+    let method = RestirPtOffline::new(reuse, world, options);
+    // How many frames of path reuse a frame has is known only now.
+    frames(method.map(|method| match values.several_short_paths() {
+        true => method.with_short_paths(stage.samples()),
+        false => method,
+    }))
 }
 
 fn restir_suffix<'b>(

@@ -222,6 +222,10 @@ fn options_without_effect_are_refused() {
         ("path:sdtree:128", "path:cdq:128"),
         ("path:cdq:light-samples=2", "path:bvh:light-samples=2"),
         ("path:fixed:light-samples=2", "path:light-samples=2"),
+        (
+            "restir-pt-offline:none:short-paths=one",
+            "restir-pt-offline:short-paths=one",
+        ),
         ("path:cache-passes=4", "path:fixed:cache-passes=4"),
         ("path:cache-always", "path:fixed:cache-passes=1:cache-always"),
         (
@@ -244,6 +248,43 @@ fn options_without_effect_are_refused() {
             "{idle}: {found:?}"
         );
         assert_eq!(start(used), Ok(()), "{used}");
+    }
+}
+
+/// Where nothing is smooth, frames for stills are means of four that share paths, with the short
+/// paths of an image of four times as many.
+/// Planted faults: short paths by the number of frames alone, or in any case.
+#[test]
+fn frames_for_stills_have_the_short_paths_of_all_that_share() {
+    const SIDE: u32 = 32;
+    let mut description = builtin::by_name("furnace").unwrap();
+    (description.settings.width, description.settings.height) = (SIDE, SIDE);
+    let scene = Scene::new(&description).unwrap();
+    let mean = |(text, samples): (&str, u32), frames: std::ops::Range<u32>| {
+        let method: Method = text.parse().unwrap();
+        let stage = Stage::new(&scene).for_samples(samples);
+        let started = method.start(&stage, Motion::STILL).unwrap();
+        let mut method = started.into_frames([SIDE; 2], 1);
+        let mut mean = vec![Rgb::ZERO; (SIDE * SIDE) as usize];
+        let mut image = mean.clone();
+        let share = 1.0 / frames.len() as f32;
+        for frame in frames {
+            method
+                .render_frame(frame, 5, &mut image, &AtomicBool::new(false))
+                .unwrap();
+            for (mean, value) in mean.iter_mut().zip(&image) {
+                *mean += *value * share;
+            }
+        }
+        mean
+    };
+    for how in ["one", "several"] {
+        let [stills, shared] =
+            ["restir-pt-offline", "path-reuse"].map(|name| format!("{name}:short-paths={how}"));
+        let still = mean((&stills, 40), 2..3);
+        assert!(still == mean((&shared, 160), 8..12), "{how}");
+        // Forty frames that share are too few.
+        assert_eq!(still == mean((&shared, 40), 8..12), how == "one");
     }
 }
 

@@ -78,6 +78,15 @@ impl<'a, S: EmitterSampler + Send, E: EmitterSampler> RestirPtOffline<'a, S, E> 
         })
     }
 
+    /// With several samples of short paths where these vary, in an image of `frames` frames, as
+    /// [`PathReuse::with_short_paths`]: each frame is as many as share.
+    #[must_use]
+    pub fn with_short_paths(mut self, frames: u32) -> Self {
+        let shared = self.split.reuse_frames.max(1);
+        self.reuse = self.reuse.with_short_paths(frames.saturating_mul(shared));
+        self
+    }
+
     /// What is resampled, and how many frames share.
     pub fn split(&self) -> OfflineSplit {
         self.split
