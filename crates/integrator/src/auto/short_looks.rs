@@ -45,7 +45,11 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         };
         let has_several = method.values().several_short_paths();
         let shared = f64::from(method.shared_frames());
-        let samples = if has_several { (shared * frames).round() as u32 } else { 0 };
+        let samples = if has_several {
+            (shared * frames).round() as u32
+        } else {
+            0
+        };
         Ok(Some(self.known[place].1.foreseen(long, samples)))
     }
 
