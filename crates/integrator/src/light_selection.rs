@@ -450,19 +450,39 @@ impl EmitterSampler for LightSelection<'_> {
         u: [L; 2],
         wanted: u32,
     ) -> EmitterLanes<L> {
-        let samples = self.sample_eight(&LaneNumbers::new(from, u_select, u), sites, wanted);
-        EmitterLanes::one_by_one(wanted, |lane| samples[lane % LANES])
+        let numbers = LaneNumbers::new(from, u_select, u);
+        let chosen = self.choose_eight(&numbers, sites, wanted);
+        let sampled = self
+            .emitters
+            .sample_on_lanes(from, chosen.emitter, u, chosen.finite)
+            .chosen_with(L::load(&chosen.probability));
+        match chosen.infinite {
+            0 => sampled,
+            infinite => {
+                let rest = EmitterLanes::<L>::one_by_one(infinite, |lane| {
+                    let (from, _, u) = numbers.get(lane);
+                    self.direction(from, Chosen::Infinite { u: chosen.u[lane] }, u)
+                });
+                sampled.with_others(infinite, &rest)
+            }
+        }
     }
+}
+
+/// Emitters chosen for eight points.
+struct ChosenLanes {
+    /// Finite emitters, with their probabilities in the lanes of the bits `finite`.
+    emitter: [u32; LANES],
+    probability: [f32; LANES],
+    finite: u32,
+    /// Numbers that choose one at infinity, in the lanes of the bits `infinite`.
+    u: [u64; LANES],
+    infinite: u32,
 }
 
 impl LightSelection<'_> {
     #[inline(never)]
-    fn sample_eight(
-        &self,
-        numbers: &LaneNumbers,
-        sites: &[ShadingPoint; LANES],
-        wanted: u32,
-    ) -> [Option<EmitterSample>; LANES] {
+    fn choose_eight(&self, numbers: &LaneNumbers, sites: &[ShadingPoint; LANES], wanted: u32) -> ChosenLanes {
         let (mut lanes, mut u, mut count) = ([0; LANES], [0; LANES], 0);
         for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
             (lanes[count], u[count]) = (lane, numbers.get(lane).1);
@@ -476,12 +496,27 @@ impl LightSelection<'_> {
             }
             with_sampler!(sampler, s => s.sample_each(&at[..u.len()], u, choices));
         });
-        let mut samples = [None; LANES];
+        let mut found = ChosenLanes {
+            emitter: [0; LANES],
+            probability: [1.0; LANES],
+            finite: 0,
+            u: [0; LANES],
+            infinite: 0,
+        };
         for (&lane, chosen) in lanes[..count].iter().zip(chosen) {
-            let (from, _, u) = numbers.get(lane);
-            samples[lane] = chosen.and_then(|chosen| self.direction(from, chosen, u));
+            match chosen {
+                Some(Chosen::Finite { emitter, probability }) => {
+                    (found.emitter[lane], found.probability[lane]) = (emitter, probability);
+                    found.finite |= 1 << lane;
+                }
+                Some(Chosen::Infinite { u }) => {
+                    found.u[lane] = u;
+                    found.infinite |= 1 << lane;
+                }
+                None => (),
+            }
         }
-        samples
+        found
     }
 }
 

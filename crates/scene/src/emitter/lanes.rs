@@ -1,7 +1,8 @@
-//! Choosing by power and sampling emitters for eight points at a time.
+//! Sampling emitters for eight points at a time, chosen by power or by others.
 
 use super::area::{AreaEmitter, TriangleEmitter};
-use super::{EmitterSample, EmittersByPower, SEGMENT_END};
+use super::on_one::NEAR;
+use super::{EmitterSample, Emitters, EmittersByPower, SEGMENT_END};
 use crate::surface::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
@@ -23,8 +24,8 @@ pub struct EmitterLanes<L: Lanes> {
     /// Lanes that have a sample; nothing is of meaning in the others.
     pub found: L::Mask,
     /// The point aimed at, and whether there is one.
-    target: Vec3Lanes<L>,
-    finite: L::Mask,
+    pub(super) target: Vec3Lanes<L>,
+    pub(super) finite: L::Mask,
 }
 
 impl<L: Lanes> EmitterLanes<L> {
@@ -38,6 +39,44 @@ impl<L: Lanes> EmitterLanes<L> {
             }
         }
         samples.load()
+    }
+
+    /// [`EmitterSample::chosen_with`], lane by lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn chosen_with(self, probability: L) -> Self {
+        let Vec3Lanes { x, y, z } = self.weight;
+        let weight = Vec3Lanes::new(x / probability, y / probability, z / probability);
+        let is_finite = |value: L| value.abs().less_equal(L::splat(f32::MAX));
+        Self {
+            weight,
+            pdf_solid_angle: self.pdf_solid_angle * probability,
+            found: self.found & is_finite(weight.x) & is_finite(weight.y) & is_finite(weight.z),
+            ..self
+        }
+    }
+
+    /// In the lanes `others` those of `rest`, which has none in any other.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_others(self, others: u32, rest: &Self) -> Self {
+        let mut emitter = self.emitter;
+        for (lane, emitter) in emitter.iter_mut().enumerate() {
+            if others >> lane & 1 == 1 {
+                *emitter = rest.emitter[lane];
+            }
+        }
+        let mask = L::Mask::from_bits(others);
+        Self {
+            emitter,
+            direction: rest.direction.select(mask, self.direction),
+            weight: rest.weight.select(mask, self.weight),
+            pdf_solid_angle: rest.pdf_solid_angle.select(mask, self.pdf_solid_angle),
+            is_delta: self.is_delta | rest.is_delta,
+            found: self.found | rest.found,
+            target: rest.target.select(mask, self.target),
+            finite: self.finite | rest.finite,
+        }
     }
 
     /// [`EmitterSample::shadow_ray`]: origin, direction and end.
@@ -120,7 +159,6 @@ impl EmittersByPower<'_> {
         u: [L; 2],
         wanted: u32,
     ) -> EmitterLanes<L> {
-        const NO_TRIANGLE: &TriangleEmitter = &TriangleEmitter::NONE;
         let (mut records, mut emitter) = ([NO_TRIANGLE; LANES], [0; LANES]);
         let (mut triangles, mut others) = (0, 0);
         let (low, high) = (u_select[0].store(), u_select[1].store());
@@ -136,8 +174,7 @@ impl EmittersByPower<'_> {
                 _ => others |= 1 << lane,
             }
         }
-        let wanted = L::Mask::from_bits(triangles);
-        let sampled = sample_triangles::<L>(records, emitter, from, u, wanted);
+        let sampled = TriangleLanes::<L>::of(records).sample(emitter, from, u, triangles);
         if others == 0 {
             return sampled;
         }
@@ -147,65 +184,115 @@ impl EmittersByPower<'_> {
             let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
             self.sample(from, u_select, [u0[lane], u1[lane]])
         });
-        let mask = L::Mask::from_bits(others);
-        for (lane, emitter) in emitter.iter_mut().enumerate() {
-            if others >> lane & 1 == 1 {
-                *emitter = rest.emitter[lane];
-            }
-        }
-        EmitterLanes {
-            emitter,
-            direction: rest.direction.select(mask, sampled.direction),
-            weight: rest.weight.select(mask, sampled.weight),
-            pdf_solid_angle: rest.pdf_solid_angle.select(mask, sampled.pdf_solid_angle),
-            is_delta: rest.is_delta,
-            found: sampled.found | rest.found,
-            target: rest.target.select(mask, sampled.target),
-            finite: sampled.finite | rest.finite,
-        }
+        sampled.with_others(others, &rest)
     }
 }
 
-/// [`TriangleEmitter::sample`] in the lanes `wanted`.
-#[inline(always)]
-fn sample_triangles<L: Lanes>(
-    records: [&TriangleEmitter; LANES],
-    emitter: [u32; LANES],
-    from: Vec3Lanes<L>,
-    u: [L; 2],
-    wanted: L::Mask,
-) -> EmitterLanes<L> {
-    let [r0, r1, r2, r3, r4, r5, r6, r7] = records;
-    let ([l0, h0], [l1, h1], [l2, h2], [l3, h3]) = (r0.halves(), r1.halves(), r2.halves(), r3.halves());
-    let ([l4, h4], [l5, h5], [l6, h6], [l7, h7]) = (r4.halves(), r5.halves(), r6.halves(), r7.halves());
-    let [ax, ay, az, bx, by, bz, cx, cy] = L::load_transposed([l0, l1, l2, l3, l4, l5, l6, l7]);
-    let [cz, nx, ny, nz, red, green, blue, pdf_area] = L::load_transposed([h0, h1, h2, h3, h4, h5, h6, h7]);
-    let corner = Vec3Lanes::new(ax, ay, az);
-    let edges = [Vec3Lanes::new(bx, by, bz), Vec3Lanes::new(cx, cy, cz)];
-    let normal = Vec3Lanes::new(nx, ny, nz);
-    let zero = L::splat(0.0);
-    let [v, w] = UniformTriangle::sample_lanes(u);
-    let (along, across) = (edges[0] * v, edges[1] * w);
-    let point = corner + along + across;
-    let d = point - from;
-    let distance_squared = d.dot(d);
-    let facing = -normal.dot(d);
-    let distance = distance_squared.sqrt();
-    let cos_theta = (facing / distance).abs();
-    let pdf = pdf_area * distance_squared / cos_theta;
-    let found = wanted & zero.less(facing) & zero.less(cos_theta) & zero.less(pdf);
-    let pdf = pdf.min(L::splat(f32::MAX));
-    let magnitude = corner.abs() + along.abs() + across.abs();
-    let extent = edges[0].abs().max(edges[1].abs()).max_element();
-    let offset = offset_for_lanes(normal, magnitude, extent);
-    EmitterLanes {
-        emitter,
-        direction: Vec3Lanes::new(d.x / distance, d.y / distance, d.z / distance),
-        weight: Vec3Lanes::new(red / pdf, green / pdf, blue / pdf),
-        pdf_solid_angle: pdf,
-        is_delta: L::Mask::from_bits(0),
-        found,
-        target: offset_along_lanes(point, normal, offset, from - point),
-        finite: found,
+impl Emitters {
+    /// [`Emitters::sample_on`] for eight points, those in the lanes `wanted`, and an emitter for
+    /// each. Bit for bit.
+    #[inline(always)]
+    pub fn sample_on_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        emitter: [u32; LANES],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let (mut records, mut triangles) = ([NO_TRIANGLE; LANES], 0);
+        for lane in 0..LANES {
+            if wanted >> lane & 1 == 1
+                && let Some(AreaEmitter::Triangle(record)) = self.areas.get(emitter[lane] as usize)
+            {
+                records[lane] = record;
+                triangles |= 1 << lane;
+            }
+        }
+        let records = TriangleLanes::<L>::of(records);
+        let far = triangles & !records.near(from).bits();
+        let sampled = records.sample(emitter, from, u, far);
+        let others = wanted & !far;
+        if others == 0 {
+            return sampled;
+        }
+        let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
+        let rest = EmitterLanes::<L>::one_by_one(others, |lane| {
+            let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
+            self.sample_on(from, emitter[lane], [u0[lane], u1[lane]])
+        });
+        sampled.with_others(others, &rest)
+    }
+}
+
+const NO_TRIANGLE: &TriangleEmitter = &TriangleEmitter::NONE;
+
+/// Eight triangles.
+struct TriangleLanes<L: Lanes> {
+    corner: Vec3Lanes<L>,
+    edges: [Vec3Lanes<L>; 2],
+    normal: Vec3Lanes<L>,
+    radiance: Vec3Lanes<L>,
+    pdf_area: L,
+}
+
+impl<L: Lanes> TriangleLanes<L> {
+    #[inline(always)]
+    fn of(records: [&TriangleEmitter; LANES]) -> Self {
+        let [r0, r1, r2, r3, r4, r5, r6, r7] = records;
+        let ([l0, h0], [l1, h1], [l2, h2], [l3, h3]) = (r0.halves(), r1.halves(), r2.halves(), r3.halves());
+        let ([l4, h4], [l5, h5], [l6, h6], [l7, h7]) = (r4.halves(), r5.halves(), r6.halves(), r7.halves());
+        let [ax, ay, az, bx, by, bz, cx, cy] = L::load_transposed([l0, l1, l2, l3, l4, l5, l6, l7]);
+        let [cz, nx, ny, nz, red, green, blue, pdf_area] =
+            L::load_transposed([h0, h1, h2, h3, h4, h5, h6, h7]);
+        Self {
+            corner: Vec3Lanes::new(ax, ay, az),
+            edges: [Vec3Lanes::new(bx, by, bz), Vec3Lanes::new(cx, cy, cz)],
+            normal: Vec3Lanes::new(nx, ny, nz),
+            radiance: Vec3Lanes::new(red, green, blue),
+            pdf_area,
+        }
+    }
+
+    /// Where `from` is near, as [`TriangleEmitter::is_near`].
+    #[inline(always)]
+    fn near(&self, from: Vec3Lanes<L>) -> L::Mask {
+        let [a, b] = self.edges;
+        let to_center = self.corner + (a + b) * L::splat(1.0 / 3.0) - from;
+        let size_squared = a.dot(a) + b.dot(b);
+        to_center
+            .dot(to_center)
+            .less(L::splat(NEAR * NEAR) * size_squared)
+    }
+
+    /// [`TriangleEmitter::sample`] in the lanes `wanted`.
+    #[inline(always)]
+    fn sample(&self, emitter: [u32; LANES], from: Vec3Lanes<L>, u: [L; 2], wanted: u32) -> EmitterLanes<L> {
+        let zero = L::splat(0.0);
+        let [v, w] = UniformTriangle::sample_lanes(u);
+        let (along, across) = (self.edges[0] * v, self.edges[1] * w);
+        let point = self.corner + along + across;
+        let d = point - from;
+        let distance_squared = d.dot(d);
+        let facing = -self.normal.dot(d);
+        let distance = distance_squared.sqrt();
+        let cos_theta = (facing / distance).abs();
+        let pdf = self.pdf_area * distance_squared / cos_theta;
+        let wanted = L::Mask::from_bits(wanted);
+        let found = wanted & zero.less(facing) & zero.less(cos_theta) & zero.less(pdf);
+        let pdf = pdf.min(L::splat(f32::MAX));
+        let magnitude = self.corner.abs() + along.abs() + across.abs();
+        let extent = self.edges[0].abs().max(self.edges[1].abs()).max_element();
+        let offset = offset_for_lanes(self.normal, magnitude, extent);
+        let radiance = self.radiance;
+        EmitterLanes {
+            emitter,
+            direction: Vec3Lanes::new(d.x / distance, d.y / distance, d.z / distance),
+            weight: Vec3Lanes::new(radiance.x / pdf, radiance.y / pdf, radiance.z / pdf),
+            pdf_solid_angle: pdf,
+            is_delta: L::Mask::from_bits(0),
+            found,
+            target: offset_along_lanes(point, self.normal, offset, from - point),
+            finite: found,
+        }
     }
 }

@@ -9,6 +9,8 @@ mod environment;
 mod infinite;
 mod lamps;
 mod lanes;
+#[cfg(test)]
+mod lanes_tests;
 mod on_one;
 mod outline;
 mod point;

@@ -173,23 +173,28 @@ impl AreaEmitter {
     }
 }
 
-/// A triangle is near within this many times the root of its edges' squares: beyond, densities by
-/// area and by solid angle differ by a fraction that depends on the place in the triangle, and area
-/// is much faster.
-const NEAR: f32 = 2.5;
+/// A triangle is near within this many times the root of its edges' squares. Beyond, samples by
+/// area are faster, and have 1.04 times the variance in a room with one lamp (`cornell`, where the
+/// time is 0.7 of that with 2.5 here). Without any near ones it is 1.18 times in `veach_ajar`.
+pub(super) const NEAR: f32 = 1.0;
 
 impl TriangleEmitter {
     /// The triangle on the sphere around `from`, if it is near.
     #[inline(always)]
     fn seen_near(&self, from: Vec3) -> Option<SphericalTriangle> {
-        let [a, b] = self.edges;
-        let to_center = self.corner + (a + b) * (1.0 / 3.0) - from;
-        let size_squared = a.length_squared() + b.length_squared();
-        if to_center.length_squared() < NEAR * NEAR * size_squared {
+        if self.is_near(from) {
             self.on_sphere(from)
         } else {
             None
         }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_near(&self, from: Vec3) -> bool {
+        let [a, b] = self.edges;
+        let to_center = self.corner + (a + b) * (1.0 / 3.0) - from;
+        let size_squared = a.length_squared() + b.length_squared();
+        to_center.length_squared() < NEAR * NEAR * size_squared
     }
 
     #[inline(never)]
