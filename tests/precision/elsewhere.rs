@@ -190,7 +190,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
-         EmitterLanes::one_by_one EmitterLanes::shadow_rays EmittersByPower::sample_lanes GlossyLanes::evaluate Scene::intersect_emitting_many Scene::occluded \
+         EmitterLanes::chosen_with EmitterLanes::one_by_one EmitterLanes::shadow_rays Emitters::sample_on_lanes EmittersByPower::sample_lanes GlossyLanes::evaluate Scene::intersect_emitting_many Scene::occluded \
          Scene::nearest Scene::passes_grid_alone Scene::scatter_glossy Scene::settled",
     ),
     (
