@@ -230,7 +230,7 @@ fn several_emitters_are_sampled() {
     (description.settings.width, description.settings.height) = (48, 32);
     description.settings.max_depth = Some(2);
     let mut scene = Scene::new(&description).unwrap();
-    let task = AutoTask::new([48, 32], ENOUGH);
+    let task = AutoTask::new([48, 32], 2 * ENOUGH);
     let choice = auto("auto").choose(&mut scene, &task, &AtomicBool::new(false));
     let choice = choice.unwrap();
     assert_eq!(
