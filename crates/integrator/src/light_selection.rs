@@ -452,20 +452,13 @@ impl EmitterSampler for LightSelection<'_> {
     ) -> EmitterLanes<L> {
         let numbers = LaneNumbers::new(from, u_select, u);
         let chosen = self.choose_eight(&numbers, sites, wanted);
-        let sampled = self
-            .emitters
+        self.emitters
             .sample_on_lanes(from, chosen.emitter, u, chosen.finite)
-            .chosen_with(L::load(&chosen.probability));
-        match chosen.infinite {
-            0 => sampled,
-            infinite => {
-                let rest = EmitterLanes::<L>::one_by_one(infinite, |lane| {
-                    let (from, _, u) = numbers.get(lane);
-                    self.direction(from, Chosen::Infinite { u: chosen.u[lane] }, u)
-                });
-                sampled.with_others(infinite, &rest)
-            }
-        }
+            .chosen_with(L::load(&chosen.probability))
+            .or_one_by_one(chosen.infinite, |lane| {
+                let (from, _, u) = numbers.get(lane);
+                self.direction(from, Chosen::Infinite { u: chosen.u[lane] }, u)
+            })
     }
 }
 

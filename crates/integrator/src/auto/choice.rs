@@ -33,8 +33,8 @@ pub struct Choice {
 impl Choice {
     /// The frames, or samples of each pixel, that cost about as much as `samples` of the plainest
     /// candidate: at least one. After a pilot it is the roundest number within a sixteenth: points
-    /// of `2^k` samples fill each dimension evenly, and where light is smooth the last few of
-    /// 1,922 samples have as much of the error as all others.
+    /// of `2^k` samples fill each dimension evenly, and where light is smooth 2,048 samples have
+    /// half the squared error of 1,922.
     pub fn frames(&self, samples: u32) -> u32 {
         let frames = f64::from(samples) / self.cost;
         match self.pilot {
@@ -63,7 +63,7 @@ fn whole(frames: f64) -> u32 {
 const SLACK: f64 = 1.0 / 16.0;
 
 /// The nearest multiple of the greatest power of two that has one within [`SLACK`]; at least one.
-fn roundest(frames: f64) -> u32 {
+pub(super) fn roundest(frames: f64) -> u32 {
     let multiples = (0..u32::BITS).rev().map(|power| {
         let step = f64::from(1u32 << power);
         (frames / step).round() * step

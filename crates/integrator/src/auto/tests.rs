@@ -1,5 +1,6 @@
 //! What is chosen, and that it depends on nothing but the scene and what is asked.
 
+use super::choice::roundest;
 use super::{Auto, AutoTask, Choice, MethodRequest, Trial};
 use lightshed_scene::glam::Vec3A;
 use lightshed_scene::{ColorTexture, Material, Rgb, Scene, builtin};
@@ -63,8 +64,7 @@ fn the_choice_does_not_depend_on_threads() {
         .unwrap();
     let cost = chosen.cost / one.trials[0].cost;
     assert!((1.01..2.0).contains(&cost), "{cost}");
-    let frames = f64::from(one.frames(ENOUGH)) * cost / f64::from(ENOUGH);
-    assert!((0.93..1.07).contains(&frames), "{frames}");
+    assert_eq!(one.frames(ENOUGH), roundest(f64::from(ENOUGH) / cost));
     assert_eq!(one.frames(1), 1);
     let pilot = one.pilot.unwrap();
     assert!(pilot.in_blocks && pilot.size == [32, 32], "{pilot:?}");

@@ -9,6 +9,7 @@ mod methods;
 mod option;
 mod options;
 mod stage;
+mod starts;
 #[cfg(test)]
 mod tests;
 

@@ -56,10 +56,14 @@ impl<L: Lanes> EmitterLanes<L> {
         }
     }
 
-    /// In the lanes `others` those of `rest`, which has none in any other.
+    /// The same, with those that `sample` gives in the lanes `others`, which had none.
     #[inline(always)]
     #[must_use]
-    pub fn with_others(self, others: u32, rest: &Self) -> Self {
+    pub fn or_one_by_one(self, others: u32, sample: impl FnMut(usize) -> Option<EmitterSample>) -> Self {
+        if others == 0 {
+            return self;
+        }
+        let rest = Self::one_by_one(others, sample);
         let mut emitter = self.emitter;
         for (lane, emitter) in emitter.iter_mut().enumerate() {
             if others >> lane & 1 == 1 {
@@ -175,16 +179,12 @@ impl EmittersByPower<'_> {
             }
         }
         let sampled = TriangleLanes::<L>::of(records).sample(emitter, from, u, triangles);
-        if others == 0 {
-            return sampled;
-        }
         let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
-        let rest = EmitterLanes::<L>::one_by_one(others, |lane| {
+        sampled.or_one_by_one(others, |lane| {
             let u_select = u64::from(high[lane]) << 32 | u64::from(low[lane]);
             let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
             self.sample(from, u_select, [u0[lane], u1[lane]])
-        });
-        sampled.with_others(others, &rest)
+        })
     }
 }
 
@@ -212,15 +212,11 @@ impl Emitters {
         let far = triangles & !records.near(from).bits();
         let sampled = records.sample(emitter, from, u, far);
         let others = wanted & !far;
-        if others == 0 {
-            return sampled;
-        }
         let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
-        let rest = EmitterLanes::<L>::one_by_one(others, |lane| {
+        sampled.or_one_by_one(others, |lane| {
             let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
             self.sample_on(from, emitter[lane], [u0[lane], u1[lane]])
-        });
-        sampled.with_others(others, &rest)
+        })
     }
 }
 

@@ -190,7 +190,7 @@ impl TriangleEmitter {
     }
 
     #[inline(always)]
-    pub(super) fn is_near(&self, from: Vec3) -> bool {
+    fn is_near(&self, from: Vec3) -> bool {
         let [a, b] = self.edges;
         let to_center = self.corner + (a + b) * (1.0 / 3.0) - from;
         let size_squared = a.length_squared() + b.length_squared();

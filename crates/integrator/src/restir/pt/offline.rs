@@ -79,12 +79,17 @@ impl<'a, S: EmitterSampler + Send, E: EmitterSampler> RestirPtOffline<'a, S, E> 
     }
 
     /// With several samples of short paths where these vary, in an image of `frames` frames, as
-    /// [`PathReuse::with_short_paths`]: each frame is as many as share.
+    /// [`PathReuse::with_short_paths`]. A frame counts as all of its frames of path reuse.
     #[must_use]
     pub fn with_short_paths(mut self, frames: u32) -> Self {
-        let shared = self.split.reuse_frames.max(1);
-        self.reuse = self.reuse.with_short_paths(frames.saturating_mul(shared));
+        let frames = frames.saturating_mul(self.reuse_frames());
+        self.reuse = self.reuse.with_short_paths(frames);
         self
+    }
+
+    /// Frames of path reuse in a frame.
+    fn reuse_frames(&self) -> u32 {
+        self.split.reuse_frames.max(1)
     }
 
     /// What is resampled, and how many frames share.
@@ -105,7 +110,7 @@ impl<S: EmitterSampler + Send, E: EmitterSampler> FrameMethod for RestirPtOfflin
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let count = self.split.reuse_frames.max(1);
+        let count = self.reuse_frames();
         let mut counts = RayCounts::default();
         image.fill(Rgb::ZERO);
         self.found.resize(image.len(), Rgb::ZERO);
