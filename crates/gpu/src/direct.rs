@@ -266,9 +266,16 @@ mod tests {
     fn samples_are_the_hosts_but_for_near_triangles() {
         let Some(gpu) = gpu() else { return };
         let scenes = [
-            ("cornell-glossy", under_the_sky(builtin::cornell_glossy()), 3, 0.4),
+            (
+                "cornell-glossy",
+                under_the_sky(builtin::cornell_glossy()),
+                3,
+                0.99,
+            ),
             ("many-lights", builtin::many_lights(), 4, 0.97),
-            ("points", with_points(), 4, 0.4),
+            ("points", with_points(), 4, 0.99),
+            // More than a quarter of what is seen is near a lamp.
+            ("glossy-bounce", builtin::glossy_bounce(), 3, 0.65),
         ];
         let faults = [
             // Strata are left out: every sample asks the same part of the tree.
@@ -316,8 +323,13 @@ mod tests {
     fn samples_by_caches_are_the_hosts() {
         let Some(gpu) = gpu() else { return };
         let scenes = [
-            ("warehouse", builtin::warehouse(), 3, 0.6),
-            ("cornell-glossy", under_the_sky(builtin::cornell_glossy()), 3, 0.4),
+            ("warehouse", builtin::warehouse(), 3, 0.99),
+            (
+                "cornell-glossy",
+                under_the_sky(builtin::cornell_glossy()),
+                3,
+                0.99,
+            ),
             ("many-lights", builtin::many_lights(), 4, 0.97),
         ];
         let faults = [

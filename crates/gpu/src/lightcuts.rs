@@ -264,7 +264,8 @@ mod tests {
         });
         let usual = LightcutOptions::default();
         let scenes = [
-            ("cornell-glossy", lit_from_around, usual, 0.4),
+            ("cornell-glossy", lit_from_around, usual, 0.99),
+            ("glossy-bounce", builtin::glossy_bounce(), usual, 0.65),
             (
                 "many-lights",
                 builtin::many_lights(),

@@ -62,7 +62,8 @@ pub(crate) fn host_means(size: [u32; 2], images: u32, value: impl Fn(u32, u32, u
 pub(crate) struct Likeness {
     alike: u32,
     count: u32,
-    /// What the luminance of the device's values exceeds that of the host's by.
+    /// What the luminance of the device's values exceeds that of the host's by: nothing where they
+    /// are alike.
     pub differences: MeanTest,
 }
 
@@ -72,8 +73,10 @@ impl Likeness {
         let same = (value - truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3);
         self.alike += u32::from(same);
         self.count += 1;
-        self.differences
-            .push(f64::from(luminance(value) - luminance(truth)));
+        self.differences.push(match same {
+            true => 0.0,
+            false => f64::from(luminance(value) - luminance(truth)),
+        });
     }
 
     /// The share of the values that are the host's within 10⁻⁴.
