@@ -13,7 +13,7 @@
 //! Satterthwaite (1946).
 
 use crate::EvaluateError;
-use lightshed_film::Film;
+use lightshed_film::{Film, RgbImage};
 use lightshed_sampling::LUMINANCE;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -82,24 +82,42 @@ impl ShardMeans {
     /// [`EvaluateError::Size`] of a film of another size; [`EvaluateError::Record`] of one without
     /// samples.
     pub fn push(&mut self, film: &Film) -> Result<(), EvaluateError> {
-        let [width, height] = self.size;
-        if [film.width(), film.height()] != self.size {
+        let size = [film.width(), film.height()];
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let samples = (film.samples() + film.non_finite()) / pixels.max(1);
+        let mean = |x, y| film.get(x, y).map_or([0.0; 3], |pixel| pixel.mean());
+        self.push_means(size, samples, mean)
+    }
+
+    /// Adds a shard of which only the mean of its `samples` samples in each pixel is known.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn push_image(&mut self, image: &RgbImage, samples: u32) -> Result<(), EvaluateError> {
+        let mean = |x, y| image.get(x, y).map_or([0.0; 3], |pixel| pixel.map(f64::from));
+        self.push_means([image.width(), image.height()], samples.into(), mean)
+    }
+
+    fn push_means(
+        &mut self,
+        size: [u32; 2],
+        samples: u64,
+        mean: impl Fn(u32, u32) -> [f64; 3],
+    ) -> Result<(), EvaluateError> {
+        if size != self.size {
             return Err(EvaluateError::Size {
-                image: [film.width(), film.height()],
+                image: size,
                 reference: self.size,
             });
         }
-        let pixels = u64::from(width) * u64::from(height);
-        let samples = (film.samples() + film.non_finite()) / pixels.max(1);
         if samples == 0 {
             return Err(EvaluateError::Record("a shard has no samples".into()));
         }
         let mut sums = vec![([0.0; 4], 0.0); self.parts.len()];
-        for y in 0..height {
-            for x in 0..width {
-                let mean = film.get(x, y).map_or([0.0; 3], |pixel| pixel.mean());
-                let [r, g, b] = mean;
-                let weighted = LUMINANCE.to_array().map(f64::from).into_iter().zip(mean);
+        for y in 0..size[1] {
+            for x in 0..size[0] {
+                let [r, g, b] = mean(x, y);
+                let weighted = LUMINANCE.to_array().map(f64::from).into_iter().zip([r, g, b]);
                 let light = weighted.map(|(weight, value)| weight * value).sum();
                 for part in [0, self.tile_of(x, y) + 1] {
                     let (sum, count) = &mut sums[part];
@@ -375,6 +393,35 @@ mod tests {
         assert_eq!(interval.verdict(0.01), Verdict::Undecided);
         assert!(ShardMeans::new([1, 1], 1).compare(&means[0]).is_err());
         assert!(ShardMeans::new([2, 1], 1).compare(&means[0]).is_err());
+    }
+
+    /// Shards of which only means are known tell the same. Planted fault: one sample each.
+    #[test]
+    fn means_of_shards_are_enough() {
+        let [mut images, mut others] = [(); 2].map(|()| ShardMeans::new(SIZE, 8));
+        let [a, b] = [0, 40].map(|offset| shards(offset, 5, 1.0, 1.0));
+        for (means, films) in [(&mut images, &a), (&mut others, &b)] {
+            for film in films {
+                let samples = film.samples() / u64::from(SIZE[0] * SIZE[1]);
+                means.push_image(&film.mean_image(), samples as u32).unwrap();
+            }
+        }
+        let (found, told) = (
+            images.compare(&others).unwrap(),
+            means(&a).compare(&means(&b)).unwrap(),
+        );
+        assert_eq!(found.tiles.len(), told.tiles.len());
+        for (found, told) in found.whole.iter().zip(told.whole) {
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-5 * b.abs() + 1e-12;
+            assert!(close(found.difference, told.difference), "{found:?} {told:?}");
+            assert!(
+                close(found.standard_error, told.standard_error),
+                "{found:?} {told:?}"
+            );
+        }
+        let small = RgbImage::from_fn(3, 3, |_, _| [1.0; 3]).unwrap();
+        assert!(images.push_image(&small, 1).is_err());
+        assert!(images.push_image(&a[0].mean_image(), 0).is_err());
     }
 
     /// Tolerances and intervals.

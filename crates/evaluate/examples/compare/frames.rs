@@ -221,7 +221,7 @@ fn judge(
         let scene = Scene::new(description)?;
         let stage = Stage::new(&scene);
         let name = format!("{}-{}", subject.name, last - 1 + place as u32);
-        let mut growing = Growing::new(arguments, (&name, description), &stage, observer, cancel)?;
+        let mut growing = Growing::new(arguments, (&name, description), &stage, &observer, cancel)?;
         let first = growing.reference()?;
         let mut least = f64::INFINITY;
         for sequence in &*sequences {
@@ -230,7 +230,7 @@ fn judge(
                 least = least.min(errors.mse.max(0.0));
             }
         }
-        references.push(growing.grow_for(least)?);
+        references.push(growing.grow_for(least, None)?);
     }
     bar.finish_and_clear();
     let [before, truth] = &references[..] else {

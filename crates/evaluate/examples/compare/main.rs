@@ -14,6 +14,7 @@
 //! `--join` puts together what all parts have left in the output folder.
 
 mod arguments;
+mod blocks;
 mod frames;
 #[path = "../moving/mod.rs"]
 mod moving;
@@ -61,6 +62,8 @@ fn main() -> ExitCode {
 struct Compared {
     subject: Subject,
     reference: Reference,
+    /// What it is made of.
+    made_of: Option<String>,
     contested: Contested,
     chains: Vec<ReportChain>,
     motion: Option<ReportMotion>,
@@ -71,7 +74,10 @@ struct Compared {
 
 impl Compared {
     fn section(&self) -> ReportScene<'_> {
+        let made_of = self.made_of.iter();
+        let made_of = made_of.map(|made_of| format!(" The reference has {made_of}."));
         ReportScene {
+            description: made_of.fold(self.subject.about.clone(), |about, more| about + &more),
             chains: &self.chains,
             motion: self.motion.as_ref(),
             without_emitters: &self.without_emitters,
@@ -127,7 +133,12 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     } else {
         for (section, done) in sections.iter().zip(&compared) {
             let choice = done.choice.as_deref().unwrap_or_default();
-            print!("{}{choice}{}", show::table(section)?, show::frames(section));
+            let made_of = done.made_of.as_deref();
+            print!(
+                "{}{choice}{}",
+                show::table(section, made_of)?,
+                show::frames(section)
+            );
         }
         println!("report: {}", watcher.page().display());
     }
@@ -158,7 +169,7 @@ fn one(
         true => Some(parts::joined(&folder, options)?),
         false => kept_record(arguments, &file)?,
     };
-    let reference = reference(arguments, &subject, stage, kept.as_ref(), cancel)?;
+    let (reference, made_of) = reference(arguments, &subject, stage, kept.as_ref(), cancel)?;
     write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     watcher.show(&format!("{}/reference", subject.name), reference.image())?;
     let bar = bar(&subject.name);
@@ -197,6 +208,7 @@ fn one(
     Ok(Compared {
         subject,
         reference,
+        made_of,
         contested,
         chains: chained,
         motion,
@@ -224,17 +236,18 @@ fn contestants<'b, 'a: 'b>(
         .collect()
 }
 
-/// The file that is asked for, or one that is rendered, or was for an earlier run. Its noise is to
-/// be small beside the least error of a record, or beside what methods reach in a part of the time.
+/// The file that is asked for, or one that is rendered, or was for an earlier run, and what that is
+/// made of. Its noise is to be small beside the least error of a record, or beside what methods
+/// reach in a part of the time.
 fn reference(
     arguments: &Arguments,
     subject: &Subject,
     stage: &Stage<'_>,
     kept: Option<&Record>,
     cancel: &AtomicBool,
-) -> Result<Reference, Box<dyn Error>> {
+) -> Result<(Reference, Option<String>), Box<dyn Error>> {
     if let Some(path) = &arguments.reference {
-        return Ok(Reference::stored(read_exr(path)?)?);
+        return Ok((Reference::stored(read_exr(path)?)?, None));
     }
     let bar = bar(&format!("{}: reference", subject.name));
     let observer = |progress: &lightshed::film::Progress| {
@@ -242,39 +255,74 @@ fn reference(
         bar.set_position(progress.samples_done);
     };
     let scene = (subject.name.as_str(), &subject.description);
-    let mut growing = Growing::new(arguments, scene, stage, observer, cancel)?;
+    let mut growing = Growing::new(arguments, scene, stage, &observer, cancel)?;
     let mut reference = growing.reference()?;
     if growing.may_grow() {
-        let least = match kept.and_then(least_error) {
-            Some(least) => least,
-            None => expected_error(arguments, subject, stage, &reference, cancel)?,
+        let errors = match kept {
+            Some(record) => known_errors(record),
+            None => expected_errors(arguments, subject, stage, &reference, cancel)?,
         };
-        reference = growing.grow_for(least)?;
+        let least = errors
+            .iter()
+            .map(|(_, error)| *error)
+            .fold(f64::INFINITY, f64::min);
+        let faster = match arguments.reference_method {
+            Some(_) => None,
+            None => faster(subject, &errors, least),
+        };
+        reference = growing.grow_for(least, faster)?;
     }
     bar.finish_and_clear();
-    Ok(reference)
+    Ok((reference, Some(growing.about()?)))
 }
 
-/// The least squared error of a record.
-fn least_error(record: &Record) -> Option<f64> {
-    let standings = record.standings();
-    let errors = standings
-        .iter()
-        .filter_map(|standing| Some(standing.by_metric.first()?.error?.mid));
-    errors.min_by(f64::total_cmp)
+/// The squared errors of a record, by method.
+fn known_errors(record: &Record) -> Vec<(String, f64)> {
+    let standings = record.standings().into_iter();
+    standings
+        .filter_map(|standing| Some((standing.name, standing.by_metric.first()?.error?.mid)))
+        .collect()
 }
+
+/// The first of a subject's unbiased methods whose frames share paths and do not hang together that
+/// is about as good as the best, if the baseline has several times its error.
+fn faster<'s>(subject: &'s Subject, errors: &[(String, f64)], least: f64) -> Option<&'s Method> {
+    let error_of = |method: &Method| {
+        let text = method.to_string();
+        let own = errors.iter().find(|(name, _)| *name == text)?;
+        Some(own.1)
+    };
+    let mut given = subject.given();
+    let baseline = error_of(given.next()?)?;
+    if baseline < SEVERAL_TIMES * least {
+        return None;
+    }
+    given.find(|method| {
+        let capabilities = method.capabilities();
+        let is_good = error_of(method).is_some_and(|error| error <= 1.5 * least);
+        is_good && capabilities.frames && !capabilities.chain && !capabilities.biased
+    })
+}
+
+/// The error of the baseline, in those of the best method, from which on that goes on with a
+/// reference.
+const SEVERAL_TIMES: f64 = 3.0;
 
 /// Parts of the time in which errors are looked at before a comparison.
 const TRIALS: f64 = 8.0;
 
-/// The least squared error that methods can be expected to reach, from an eighth of the time.
-fn expected_error(
+/// What stratified points bring beside a number of samples that grows [`TRIALS`] times: their
+/// errors fall faster.
+const STRATIFIED: f64 = 0.5;
+
+/// The squared errors that methods can be expected to reach, from an eighth of the time.
+fn expected_errors(
     arguments: &Arguments,
     subject: &Subject,
     stage: &Stage<'_>,
     reference: &Reference,
     cancel: &AtomicBool,
-) -> Result<f64, Box<dyn Error>> {
+) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let methods = subject.given().map(|method| {
         let given = method.clone();
         Contestant::new(method.to_string(), move || start(stage, &given, SAMPLES))
@@ -286,12 +334,16 @@ fn expected_error(
     };
     let methods: Vec<Contestant<'_>> = methods.collect();
     let trial = run(&subject.name, &methods, reference, options, None, &|_| (), cancel)?;
-    let ends = trial.record.repeats.iter().flatten();
-    let ends = ends.filter_map(|run| run.curve.last().map(|end| (end.seconds, end.errors.mse)));
     let noise = reference.noise().unwrap_or(0.0);
-    let least = ends.map(|(seconds, mse)| mse.max(noise) * (seconds / arguments.seconds).min(1.0));
-    // With stratified points errors fall faster than the number of samples grows.
-    Ok(0.7 * least.fold(f64::INFINITY, f64::min))
+    let runs = trial.record.repeats.iter().flatten();
+    let named = trial.record.names.iter().zip(runs);
+    Ok(named
+        .filter_map(|(name, run)| {
+            let end = run.curve.last()?;
+            let share = (end.seconds / arguments.seconds).min(1.0);
+            Some((name.clone(), STRATIFIED * end.errors.mse.max(noise) * share))
+        })
+        .collect())
 }
 
 /// The pixels that see no emitter; none where media are before them.

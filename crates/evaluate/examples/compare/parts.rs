@@ -35,7 +35,7 @@ pub fn measure(
         let scene = Scene::new(&subject.description)?;
         let pilot = Pilot::new(arguments, &subject)?;
         let stage = &Stage::new(&scene).for_samples(pilot.samples());
-        let reference = reference(arguments, &subject, stage, None, cancel)?;
+        let (reference, _) = reference(arguments, &subject, stage, None, cancel)?;
         let pilot = pilot.stage();
         let contestants = contestants(&subject, stage, &pilot);
         let options = ContestOptions {

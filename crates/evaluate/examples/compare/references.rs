@@ -1,41 +1,42 @@
-//! References that grow until their noise is small beside what they judge, and that are kept.
+//! References that grow until their noise is small beside what they judge.
 
 use crate::arguments::Arguments;
-use lightshed::film::{
-    Budget, PixelEstimator, Progress, RenderOptions, RgbImage, read_exr, render, write_exr,
-};
-use lightshed::integrator::{Method, Motion, Stage, Started};
+use crate::blocks::{Blocks, Place, mixed};
+use lightshed::film::{Progress, RgbImage};
+use lightshed::integrator::{Method, Stage};
 use lightshed::scene::SceneDescription;
 use lightshed_evaluate::{EvaluateError, Reference};
 use std::error::Error;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 /// Samples that a reference starts with if it may grow.
 const FIRST: u32 = 1024;
 
+/// Samples of the plain method at which a second one goes on.
+const ENOUGH: u32 = 4096;
+
 /// Share of an error that the reference's own may be.
 const SHARE: f64 = 0.1;
+
+/// Probability of a difference of two methods below which they do not estimate the same.
+const DIFFERENT: f64 = 1e-4;
 
 /// More lamps than this are chosen by a tree.
 const FEW_LAMPS: usize = 8;
 
-/// A reference of two independent halves that can double its samples. Each doubling renders blocks
-/// of other seeds; every block is a file that later runs find.
-pub struct Growing<'a> {
-    estimator: Box<dyn PixelEstimator + Send + 'a>,
-    size: [u32; 2],
-    /// Files of its blocks are called so, and by what else decides about their content.
-    stem: PathBuf,
-    /// Of scene, size, method and code.
-    key: u64,
-    halves: Option<[RgbImage; 2]>,
-    samples: u32,
+/// A reference of two independent halves that can double its samples: those of the plain method,
+/// and from [`ENOUGH`] on those of another, if there is one that is faster. Each weighs as much as
+/// its noise allows, and the plain one's means test the other's.
+pub struct Growing<'a, 's> {
+    stage: &'a Stage<'s>,
+    place: Place<'a>,
+    plain: Blocks<'a, 's>,
+    faster: Option<Blocks<'a, 's>>,
+    /// Why a faster method was left out.
+    refused: Option<String>,
     limit: u32,
-    observer: Box<dyn Fn(&Progress) + Sync + 'a>,
-    cancel: &'a AtomicBool,
 }
 
 /// The method of a reference: the plain one, with a tree for the choice among many lamps.
@@ -53,131 +54,134 @@ fn method(arguments: &Arguments, description: &SceneDescription) -> Result<Metho
     })
 }
 
-/// A hash of what the estimator computes at a few hundred places: it changes with the code.
-fn computed(estimator: &dyn PixelEstimator, [width, height]: [u32; 2], seed: u64) -> u64 {
-    let mut sum = DefaultHasher::new();
-    for number in 0..256u32 {
-        let (x, y) = ((number * 97) % width, (number * 193) % height);
-        let value = estimator.sample(x, y, number % 4, seed);
-        value.to_array().map(f32::to_bits).hash(&mut sum);
-    }
-    sum.finish()
-}
-
-impl<'a> Growing<'a> {
+impl<'a, 's> Growing<'a, 's> {
     /// Of a scene called `name`, with the first samples.
     pub fn new(
         arguments: &Arguments,
         (name, description): (&str, &SceneDescription),
-        stage: &'a Stage<'_>,
-        observer: impl Fn(&Progress) + Sync + 'a,
+        stage: &'a Stage<'s>,
+        observer: &'a (dyn Fn(&Progress) + Sync),
         cancel: &'a AtomicBool,
     ) -> Result<Self, Box<dyn Error>> {
-        let method = method(arguments, description)?;
-        let Started::Samples(estimator) = method.start(stage, Motion::STILL)? else {
-            return Err(format!("{method} has no samples for a reference").into());
-        };
         let settings = stage.scene().settings();
-        let size = [settings.width, settings.height];
         let mut key = DefaultHasher::new();
-        (description.fingerprint(), size, method.to_string()).hash(&mut key);
-        (env!("CARGO_PKG_VERSION"), computed(&estimator, size, seed(0, 0))).hash(&mut key);
+        (description.fingerprint(), settings.width, settings.height).hash(&mut key);
         fs::create_dir_all(&arguments.references)?;
-        let mut own = Self {
-            estimator,
-            size,
+        let place = Place {
             stem: arguments.references.join(name),
             key: key.finish(),
-            halves: None,
-            samples: 0,
-            limit: arguments.reference_limit,
-            observer: Box::new(observer),
+            observer,
             cancel,
         };
-        own.render(arguments.reference_spp.unwrap_or(FIRST).div_ceil(2))?;
-        if arguments.reference_spp.is_some() {
-            own.limit = 0;
-        }
-        Ok(own)
+        let mut plain = Blocks::new(method(arguments, description)?, stage, place.clone())?;
+        plain.add(arguments.reference_spp.unwrap_or(FIRST).div_ceil(2))?;
+        let limit = match arguments.reference_spp {
+            Some(_) => 0,
+            None => arguments.reference_limit,
+        };
+        Ok(Self {
+            stage,
+            place,
+            plain,
+            faster: None,
+            refused: None,
+            limit,
+        })
     }
 
     /// Whether it may have more samples.
     pub fn may_grow(&self) -> bool {
-        self.samples.saturating_mul(2) <= self.limit
+        let samples = self.faster.as_ref().map_or(self.plain.samples, |own| own.samples);
+        samples.saturating_mul(2) <= self.limit
     }
 
     /// As it is now.
-    pub fn reference(&self) -> Result<Reference, EvaluateError> {
-        let halves = self.halves.clone();
-        Reference::of_halves(halves.ok_or(EvaluateError::Interrupted)?)
+    pub fn reference(&self) -> Result<Reference, Box<dyn Error>> {
+        let halves = match &self.faster {
+            Some(faster) => together(&self.plain, faster)?,
+            None => self.plain.halves()?.clone(),
+        };
+        Ok(Reference::of_halves(halves)?)
     }
 
-    /// Doubles its samples until its noise is a tenth of `error`, or they are as many as allowed.
-    pub fn grow_for(&mut self, error: f64) -> Result<Reference, Box<dyn Error>> {
+    /// Doubles its samples until its noise is a tenth of `error`, or they are as many as allowed;
+    /// those of `faster`, where there are many of the plain method.
+    pub fn grow_for(&mut self, error: f64, faster: Option<&Method>) -> Result<Reference, Box<dyn Error>> {
         loop {
             let reference = self.reference()?;
             let noise = reference.noise().unwrap_or(0.0);
             if noise <= SHARE * error || !self.may_grow() {
                 return Ok(reference);
             }
-            self.render(self.samples / 2)?;
+            match (&mut self.faster, faster) {
+                (Some(own), _) => own.double()?,
+                (None, Some(method)) if self.plain.samples >= ENOUGH && self.refused.is_none() => {
+                    let mut own = Blocks::new(method.clone(), self.stage, self.place.clone())?;
+                    own.add(FIRST / 2)?;
+                    self.faster = Some(own);
+                }
+                (None, _) => self.plain.double()?,
+            }
+            self.test()?;
         }
     }
 
-    /// Adds a block of `samples` samples to each half, which has none or as many.
-    fn render(&mut self, samples: u32) -> Result<(), Box<dyn Error>> {
-        let number = self.samples.checked_ilog2().map_or(0, |doublings| 1 + doublings);
-        let new = [
-            self.block([0, number], samples)?,
-            self.block([1, number], samples)?,
-        ];
-        self.halves = Some(match self.halves.take() {
-            None => new,
-            Some([a, b]) => {
-                let [c, d] = new;
-                [mean(&a, &c)?, mean(&b, &d)?]
-            }
-        });
-        self.samples += 2 * samples;
+    /// Leaves out a second method whose means are others.
+    fn test(&mut self) -> Result<(), Box<dyn Error>> {
+        let Some(faster) = &self.faster else {
+            return Ok(());
+        };
+        let (p, different) = difference(&self.plain, faster)?;
+        if different {
+            self.refused = Some(format!(
+                "{} has other means than {}: p = {p:.0e}",
+                faster.method, self.plain.method
+            ));
+            self.faster = None;
+        }
         Ok(())
     }
 
-    fn block(&self, [half, number]: [u32; 2], samples: u32) -> Result<RgbImage, Box<dyn Error>> {
-        let seed = seed(half, number);
-        let mut key = DefaultHasher::new();
-        (self.key, seed, samples).hash(&mut key);
-        let mut name = self.stem.clone().into_os_string();
-        name.push(format!("-{samples}-{:016x}.exr", key.finish()));
-        let file = PathBuf::from(name);
-        if let Ok(kept) = read_exr(&file)
-            && [kept.width(), kept.height()] == self.size
-        {
-            return Ok(kept);
+    /// Samples and methods, in words.
+    pub fn about(&self) -> Result<String, Box<dyn Error>> {
+        let Blocks { samples, method, .. } = &self.plain;
+        let mut text = format!("{samples} samples of {method}");
+        if let Some(faster) = &self.faster {
+            let (p, _) = difference(&self.plain, faster)?;
+            text += &format!(
+                " and {} of {}, whose means agree (p = {p:.2})",
+                faster.samples, faster.method
+            );
         }
-        let options = RenderOptions {
-            seed,
-            ..RenderOptions::new(self.size[0], self.size[1], Budget::Samples(samples))
-        };
-        let outcome = render(&self.estimator, &options, &*self.observer, self.cancel)?;
-        if outcome.samples_per_pixel < samples {
-            return Err(EvaluateError::Interrupted.into());
+        if let Some(refused) = &self.refused {
+            text += &format!("; {refused}");
         }
-        let image = outcome.film.mean_image();
-        let draft = file.with_extension(format!("{}.tmp", std::process::id()));
-        write_exr(&image, fs::File::create(&draft)?)?;
-        fs::rename(&draft, &file)?;
-        Ok(image)
+        Ok(text)
     }
 }
 
-/// Seeds that the methods of a contest do not use.
-fn seed(half: u32, number: u32) -> u64 {
-    u64::MAX - 1 - u64::from(2 * number + half)
+/// Probability that the means of the image or of one of its tiles differ as much by chance, and
+/// whether that is too small.
+fn difference(plain: &Blocks<'_, '_>, faster: &Blocks<'_, '_>) -> Result<(f64, bool), EvaluateError> {
+    let agreement = plain.means.compare(&faster.means)?;
+    // Three colours, and what they make together.
+    let whole = agreement.whole.iter().filter_map(|mean| mean.p_value());
+    let whole = (4.0 * whole.fold(1.0, f64::min)).min(1.0);
+    let tiles = agreement.worst_tile().map_or(1.0, |(_, _, p)| p);
+    // The less probable of two.
+    let p = (2.0 * whole.min(tiles)).min(1.0);
+    Ok((p, p < DIFFERENT))
 }
 
-/// Of two images of as many samples.
-fn mean(a: &RgbImage, b: &RgbImage) -> Result<RgbImage, Box<dyn Error>> {
-    let pairs = a.pixels().iter().zip(b.pixels());
-    let pixels = pairs.map(|(a, b)| std::array::from_fn(|channel| 0.5 * (a[channel] + b[channel])));
-    Ok(RgbImage::new(a.width(), a.height(), pixels.collect())?)
+/// The halves of both, each method with a weight in inverse proportion to its noise.
+fn together(plain: &Blocks<'_, '_>, faster: &Blocks<'_, '_>) -> Result<[RgbImage; 2], Box<dyn Error>> {
+    let both = [plain.halves()?, faster.halves()?];
+    let mut noise = [0.0; 2];
+    for (noise, halves) in noise.iter_mut().zip(both) {
+        *noise = Reference::of_halves(halves.clone())?.noise().unwrap_or(0.0);
+    }
+    let sum = noise[0] + noise[1];
+    let weight = if sum > 0.0 { noise[0] / sum } else { 0.5 };
+    let [[a, b], [c, d]] = both;
+    Ok([mixed(a, c, weight as f32)?, mixed(b, d, weight as f32)?])
 }

@@ -69,8 +69,8 @@ pub fn perceived(_: &Reference, _: &RgbImage) -> Option<f64> {
     None
 }
 
-/// A table for the terminal.
-pub fn table(section: &ReportScene<'_>) -> Result<String, EvaluateError> {
+/// A table for the terminal, with what the reference is made of.
+pub fn table(section: &ReportScene<'_>, made_of: Option<&str>) -> Result<String, EvaluateError> {
     let record = section.record;
     let unlit = without_emitters(section)?;
     let mut text = format!(
@@ -101,7 +101,12 @@ pub fn table(section: &ReportScene<'_>) -> Result<String, EvaluateError> {
         let _ = writeln!(text, " {unlit:>16}");
     }
     if let Some(noise) = section.reference.noise() {
-        let _ = writeln!(text, "  the reference's own squared error: {noise:.1e}");
+        let _ = write!(text, "  the reference's own squared error: {noise:.1e}");
+        let _ = writeln!(
+            text,
+            "{}",
+            made_of.map_or(String::new(), |made_of| format!(": {made_of}"))
+        );
     }
     let _ = writeln!(text, "  {}", record.advice());
     Ok(text)
