@@ -116,6 +116,16 @@ impl LaneWords for ArrayWords {
     fn shift_right<const BITS: i32>(self) -> Self {
         Self(self.0.map(|word| word >> BITS))
     }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn reverse_bits(self) -> Self {
+        Self(self.0.map(u32::reverse_bits))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn lookup(table: &[u32; LANES], index: Self) -> Self {
+        Self(index.0.map(|index| table[index as usize % LANES]))
+    }
 }
 
 impl AnyLanes for ArrayLanes {

@@ -131,6 +131,10 @@ pub trait LaneWords:
     fn rotate<const LEFT: i32, const RIGHT: i32>(self) -> Self;
     /// Shifted right by `BITS < 32`, zeros moving in.
     fn shift_right<const BITS: i32>(self) -> Self;
+    /// With the bits of each word in the opposite order.
+    fn reverse_bits(self) -> Self;
+    /// Lane `i` is `table[index[i]]`, with indices taken modulo eight.
+    fn lookup(table: &[u32; LANES], index: Self) -> Self;
 }
 
 /// Some number of `f32` values on which arithmetic is done lane by lane: eight ([`Lanes`]) or

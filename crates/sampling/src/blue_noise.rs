@@ -31,7 +31,7 @@ use lightshed_lanes::{LaneWords, Lanes};
 
 use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
-use crate::scrambling::{permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::scrambling::{permute_upwards, permute_upwards_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
@@ -99,7 +99,7 @@ impl Group {
             y.rotate::<1, 31>() ^ x
         };
         let order = W::splat(self.pixel_order);
-        reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(along), order))
+        permute_upwards_lanes(along.reverse_bits(), order).reverse_bits()
     }
 
     /// The coordinates of a pixel's sample before pixels shift them, bits reversed.
@@ -236,7 +236,7 @@ impl BlueNoiseSampler {
         for dimension in 0..GROUP {
             let shifted = own[dimension] ^ pascal_lanes(shifts[SHIFTED_BY[dimension]]);
             let scramble = L::Words::splat(group.scrambles[dimension]);
-            point[dimension] = reverse_bits_lanes(permute_upwards_lanes(shifted, scramble));
+            point[dimension] = permute_upwards_lanes(shifted, scramble).reverse_bits();
         }
         point
     }

@@ -108,7 +108,7 @@ pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
 pub use point_set::{PointSet, PointStream};
 pub use rand;
 pub use rng::{CounterRng, PathSeed, threefry4x32};
-pub use sobol::SobolSampler;
+pub use sobol::{SobolSampler, SobolScrambles};
 pub use sum::{CompensatedSum, Real, pairwise_sum, pairwise_sum_iter};
 pub use uniform::{
     Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f32_from_u32_lanes, f64_from_u64, remap,

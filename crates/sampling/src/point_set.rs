@@ -2,7 +2,7 @@
 
 use crate::blue_noise::BlueNoiseSampler;
 use crate::rng::CounterRng;
-use crate::sobol::SobolSampler;
+use crate::sobol::{SobolSampler, SobolScrambles};
 use crate::uniform::f32_from_u32;
 use core::fmt;
 use core::str::FromStr;
@@ -81,6 +81,31 @@ impl PointSet {
             Self::Independent => CounterRng::block_lanes::<L>(seed, pixel, sample, block),
             Self::Sobol => SobolSampler::block_lanes::<L>(seed, pixel, sample, block),
             Self::BlueNoise => BlueNoiseSampler::block_lanes::<L>(seed, pixel, sample, block),
+        }
+    }
+
+    /// What the words of a block have in common for the samples of pixels `first` to `first + 7`,
+    /// where that saves time: for [`block_lanes_by`](Self::block_lanes_by).
+    #[inline(always)]
+    pub fn common_lanes<L: Lanes>(self, seed: u64, first: u32, block: u32) -> Option<SobolScrambles> {
+        match self {
+            Self::Sobol if L::IN_REGISTERS => Some(SobolScrambles::new::<L>(seed, first, block)),
+            _ => None,
+        }
+    }
+
+    /// [`block_lanes`](Self::block_lanes), with what these words have in common if it is known.
+    #[inline(always)]
+    pub fn block_lanes_by<L: Lanes>(
+        self,
+        common: Option<&SobolScrambles>,
+        seed: u64,
+        [pixel, sample]: [L::Words; 2],
+        block: u32,
+    ) -> [L::Words; 4] {
+        match common {
+            Some(scrambles) => SobolSampler::block_lanes_by::<L>(scrambles, pixel, sample, block),
+            None => self.block_lanes::<L>(seed, pixel, sample, block),
         }
     }
 

@@ -24,16 +24,6 @@ pub(crate) fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
     x ^ (x * W::splat(0x53a2_2864))
 }
 
-/// Eight words with their bits in the opposite order.
-#[inline(always)]
-pub(crate) fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
-    // Neighbours of one, two and four bits are exchanged, then bytes.
-    let x = (x.shift_right::<1>() & W::splat(0x5555_5555)) ^ (x & W::splat(0x5555_5555)).rotate::<1, 31>();
-    let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
-    let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
-    (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
-}
-
 /// Final mix of MurmurHash3: makes one more seed from existing ones.
 #[inline(always)]
 pub(crate) const fn mix(mut x: u32) -> u32 {

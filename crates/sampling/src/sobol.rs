@@ -23,12 +23,12 @@
 
 use core::convert::Infallible;
 
-use lightshed_lanes::{LaneWords, Lanes};
+use lightshed_lanes::{LANES, LaneWords, Lanes};
 use rand::TryRng;
 
 use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
-use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
@@ -97,24 +97,18 @@ impl SobolSampler {
     /// [`at`](Self::at)`(seed, pixel[i], sample[i], 4 · block + n)`.
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
-        const { assert!(CounterRng::ROUNDS == 12) };
-        let splat = L::Words::splat;
-        let seeds = threefry4x32_12_lanes(
-            [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
-            [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
-        );
-        // As `ordered_point`, without a closure: it would not be compiled for the lanes.
-        let index = match has_own_matrix(block) {
-            true => sample,
-            false => reorder_lanes(sample, mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>())),
-        };
-        let [a, b, c, d] = reversed_point_lanes(block, index);
-        [
-            reverse_bits_lanes(permute_upwards_lanes(a, seeds[0])),
-            reverse_bits_lanes(permute_upwards_lanes(b, seeds[1])),
-            reverse_bits_lanes(permute_upwards_lanes(c, seeds[2])),
-            reverse_bits_lanes(permute_upwards_lanes(d, seeds[3])),
-        ]
+        scrambled_lanes::<L>(scrambles_lanes::<L>(seed, pixel, block), sample, block)
+    }
+
+    /// [`block_lanes`](Self::block_lanes) of a block and of pixels that have these scrambles.
+    #[inline(always)]
+    pub fn block_lanes_by<L: Lanes>(
+        scrambles: &SobolScrambles,
+        pixel: L::Words,
+        sample: L::Words,
+        block: u32,
+    ) -> [L::Words; 4] {
+        scrambled_lanes::<L>(scrambles.of::<L>(pixel), sample, block)
     }
 
     /// The four numbers of one group.
@@ -180,6 +174,69 @@ impl SobolSampler {
         }
         [self.next_f32(), self.next_f32()]
     }
+}
+
+/// The scrambles of one block for up to eight pixels whose names follow each other. All samples of
+/// a pixel have the same, and hashing them is half the work of a block in lanes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SobolScrambles {
+    /// Those of pixel `p` are in column `p % 8`.
+    rows: [[u32; LANES]; GROUP],
+}
+
+impl SobolScrambles {
+    /// Those of pixels `first` to `first + 7`.
+    #[inline(always)]
+    pub fn new<L: Lanes>(seed: u64, first: u32, block: u32) -> Self {
+        let mut pixels = [0; LANES];
+        for column in 0..LANES as u32 {
+            pixels[column as usize] = first.wrapping_add(column.wrapping_sub(first) % LANES as u32);
+        }
+        let [a, b, c, d] = scrambles_lanes::<L>(seed, L::Words::load(&pixels), block);
+        Self {
+            rows: [a.store(), b.store(), c.store(), d.store()],
+        }
+    }
+
+    #[inline(always)]
+    fn of<L: Lanes>(&self, pixel: L::Words) -> [L::Words; GROUP] {
+        let [a, b, c, d] = &self.rows;
+        [
+            L::Words::lookup(a, pixel),
+            L::Words::lookup(b, pixel),
+            L::Words::lookup(c, pixel),
+            L::Words::lookup(d, pixel),
+        ]
+    }
+}
+
+/// The scrambles of a block of eight pixels.
+#[inline(always)]
+fn scrambles_lanes<L: Lanes>(seed: u64, pixel: L::Words, block: u32) -> [L::Words; GROUP] {
+    const { assert!(CounterRng::ROUNDS == 12) };
+    let splat = L::Words::splat;
+    threefry4x32_12_lanes(
+        [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
+        [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
+    )
+}
+
+/// The numbers of a block of eight samples with these scrambles.
+#[inline(always)]
+fn scrambled_lanes<L: Lanes>(scrambles: [L::Words; GROUP], sample: L::Words, block: u32) -> [L::Words; 4] {
+    let [p, q, r, s] = scrambles;
+    // As `ordered_point`, without a closure: it would not be compiled for the lanes.
+    let index = match has_own_matrix(block) {
+        true => sample,
+        false => reorder_lanes(sample, mix_lanes(p ^ q.rotate::<16, 16>())),
+    };
+    let [a, b, c, d] = reversed_point_lanes(block, index);
+    [
+        permute_upwards_lanes(a, p).reverse_bits(),
+        permute_upwards_lanes(b, q).reverse_bits(),
+        permute_upwards_lanes(c, r).reverse_bits(),
+        permute_upwards_lanes(d, s).reverse_bits(),
+    ]
 }
 
 impl TryRng for SobolSampler {
@@ -267,6 +324,36 @@ mod tests {
                 for lane in 0..8 {
                     let expected = SobolSampler::block(seed, pixel[lane], sample[lane], block);
                     prop_assert_eq!(found.map(|words| words[lane]), expected);
+                }
+            }
+        }
+
+        /// The same by scrambles of eight pixels in a row, also where names start again from 0.
+        /// Planted fault: the pixel of column `k` is the `k`th.
+        #[test]
+        fn near_pixels_have_their_scrambles(
+            seed: u64, first: u32, steps: [u32; 8], sample: [u32; 8], block in 0u32..1 << 30,
+        ) {
+            struct Blocks(u64, u32, [u32; 8], [u32; 8], u32);
+            impl lightshed_lanes::LaneKernel for Blocks {
+                const HOT: bool = true;
+                type Output = [[u32; 8]; 4];
+                #[inline(always)]
+                fn run<L: Lanes>(self) -> Self::Output {
+                    let (pixel, sample) = (L::Words::load(&self.2), L::Words::load(&self.3));
+                    let scrambles = SobolScrambles::new::<L>(self.0, self.1, self.4);
+                    let [a, b, c, d] = SobolSampler::block_lanes_by::<L>(&scrambles, pixel, sample, self.4);
+                    [a.store(), b.store(), c.store(), d.store()]
+                }
+            }
+            for first in [first, u32::MAX - first % 8] {
+                let pixel = steps.map(|step| first.wrapping_add(step % 8));
+                for lanes in lightshed_lanes::LaneChoice::all() {
+                    let found = lanes.run(Blocks(seed, first, pixel, sample, block));
+                    for lane in 0..8 {
+                        let expected = SobolSampler::block(seed, pixel[lane], sample[lane], block);
+                        prop_assert_eq!(found.map(|words| words[lane]), expected);
+                    }
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::transport::VertexStream;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
-use lightshed_sampling::{CounterRng, PointSet, f32_from_u32, f32_from_u32_lanes};
+use lightshed_sampling::{CounterRng, PointSet, SobolScrambles, f32_from_u32, f32_from_u32_lanes};
 
 /// Words reserved for each vertex; the camera has the first ones.
 const WORDS: u32 = 8;
@@ -208,6 +208,24 @@ impl PathWords {
     #[inline(always)]
     pub fn vertex_lanes<L: Lanes>(self, [pixel, sample]: [L::Words; 2], block: u32) -> [L::Words; 4] {
         let words = self.points.block_lanes::<L>(self.seed, pixel, sample, block);
+        arrange(self.points, block, words)
+    }
+
+    /// What a block's words have in common for pixels whose names are `first` to `first + 7`.
+    #[inline(always)]
+    pub fn common_lanes<L: Lanes>(self, first: u32, block: u32) -> Option<SobolScrambles> {
+        self.points.common_lanes::<L>(self.seed, first, block)
+    }
+
+    /// [`vertex_lanes`](Self::vertex_lanes), with what the words have in common if it is known.
+    #[inline(always)]
+    pub fn vertex_lanes_by<L: Lanes>(
+        self,
+        common: Option<&SobolScrambles>,
+        names: [L::Words; 2],
+        block: u32,
+    ) -> [L::Words; 4] {
+        let words = self.points.block_lanes_by::<L>(common, self.seed, names, block);
         arrange(self.points, block, words)
     }
 

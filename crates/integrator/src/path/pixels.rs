@@ -8,20 +8,37 @@ use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
 use super::purpose::Purpose;
-use super::start::Start;
+use super::start::{Start, pixel_name};
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{LANES, Lanes};
+use lightshed_sampling::SobolScrambles;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Camera, HitBatch, Ray, Rgb, SurfacePoint};
 
 /// Edges of the longest short paths: of emission that the camera sees, and of direct light.
 pub(crate) const SHORT: u32 = 2;
 
+/// The least name of the pixels of some samples, if there are no more than eight from that on; of
+/// few samples none, since nothing is saved.
+fn first_of_near(ids: &[SampleId]) -> Option<u32> {
+    if ids.len() <= LANES {
+        return None;
+    }
+    let (mut least, mut most) = (u32::MAX, 0);
+    for id in ids {
+        let name = pixel_name(id);
+        (least, most) = (least.min(name), most.max(name));
+    }
+    (most - least < LANES as u32).then_some(least)
+}
+
 /// Radiance that arrives at a camera.
 pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     words: PathWords,
+    /// The least name of the paths' pixels, if all are among that one and the seven after it.
+    first: Option<u32>,
     radiances: [Rgb; MAX_BATCH],
     observer: &'o O,
     ending: &'o E,
@@ -55,6 +72,7 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
         }
         Self {
             words,
+            first: first_of_near(ids),
             radiances: [Rgb::ZERO; MAX_BATCH],
             observer,
             ending,
@@ -146,6 +164,24 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     #[inline(always)]
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
         self.words.vertex_lanes::<L>(names, block)
+    }
+
+    #[inline(always)]
+    fn common<L: Lanes>(&self, block: u32) -> Option<SobolScrambles> {
+        match self.first {
+            Some(first) => self.words.common_lanes::<L>(first, block),
+            None => None,
+        }
+    }
+
+    #[inline(always)]
+    fn words_by<L: Lanes>(
+        &self,
+        common: Option<&SobolScrambles>,
+        names: [L::Words; 2],
+        block: u32,
+    ) -> [L::Words; 4] {
+        self.words.vertex_lanes_by::<L>(common, names, block)
     }
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
 use lightshed_film::SampleId;
 use lightshed_lanes::{ArrayLanes, LaneWords, Lanes};
-use lightshed_sampling::Density;
+use lightshed_sampling::{Density, SobolScrambles};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
@@ -25,7 +25,25 @@ pub(crate) trait Purpose {
     /// Four random words of eight paths with these names.
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4];
 
-    /// The same of one path.
+    /// What the words of a block have in common for all paths of the batch, if they are named by
+    /// pixels that are near each other.
+    #[inline(always)]
+    fn common<L: Lanes>(&self, _block: u32) -> Option<SobolScrambles> {
+        None
+    }
+
+    /// [`words`](Self::words), with what they have in common if it is known.
+    #[inline(always)]
+    fn words_by<L: Lanes>(
+        &self,
+        _common: Option<&SobolScrambles>,
+        names: [L::Words; 2],
+        block: u32,
+    ) -> [L::Words; 4] {
+        self.words::<L>(names, block)
+    }
+
+    /// [`words`](Self::words) of one path.
     #[inline(always)]
     fn words_alone(&self, names: [u32; 2], block: u32) -> [u32; 4] {
         let names = names.map(<ArrayLanes as Lanes>::Words::splat);

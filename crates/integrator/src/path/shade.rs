@@ -16,7 +16,7 @@ use super::vertex_rows::VertexRows;
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
-use lightshed_sampling::power_heuristic_lanes;
+use lightshed_sampling::{SobolScrambles, power_heuristic_lanes};
 use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
@@ -65,9 +65,19 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) -> usize {
+        let block = emitter_block(self.depth, 0);
+        // A single row of lanes has its own numbers as fast.
+        let common = if self.alive > LANES {
+            [
+                self.purpose.common::<L>(block),
+                self.purpose.common::<L>(block.wrapping_add(1)),
+            ]
+        } else {
+            [None, None]
+        };
         let mut place = 0;
         while place < self.alive.min(MAX_BATCH) {
-            self.eight::<L>(place);
+            self.eight::<L>(place, &common);
             place += LANES;
         }
         self.survivors
@@ -80,9 +90,10 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     /// diffuse ones, if the choice among emitters does not ask for their gloss.
     const PLAIN: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS;
 
-    /// Paths `place` to `place + 7`.
+    /// Paths `place` to `place + 7`; `common` is what the words of the vertex's two blocks have in
+    /// common.
     #[inline(always)]
-    fn eight<L: Lanes>(&mut self, place: usize) {
+    fn eight<L: Lanes>(&mut self, place: usize, common: &[Option<SobolScrambles>; 2]) {
         let wanted = lanes_within(place, self.alive);
         let mut missed = 0;
         for lane in 0..LANES {
@@ -94,8 +105,9 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
         let block = emitter_block(self.depth, 0);
         let blocks = [
-            self.purpose.words::<L>(names, block),
-            self.purpose.words::<L>(names, block.wrapping_add(1)),
+            self.purpose.words_by::<L>(common[0].as_ref(), names, block),
+            self.purpose
+                .words_by::<L>(common[1].as_ref(), names, block.wrapping_add(1)),
         ];
         let numbers = VertexLanes::<L>::from_blocks(blocks, self.transport.samples_at(self.depth));
         let mut others = wanted & !missed;

@@ -7,6 +7,12 @@ use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
 use lightshed_sampling::f32_from_u32_lanes;
 use lightshed_scene::Camera;
 
+/// The name of a sample's pixel for random numbers.
+#[inline(always)]
+pub(super) fn pixel_name(id: &SampleId) -> u32 {
+    id.y << 16 | id.x
+}
+
 /// Sets `paths` to the beginnings of those that `ids` names, of which no more than [`MAX_BATCH`]
 /// are looked at.
 pub(super) struct Start<'a, K> {
@@ -29,9 +35,9 @@ impl<K> LaneKernel for Start<'_, K> {
             paths,
         } = self;
         let count = ids.len().min(MAX_BATCH);
-        for (index, &SampleId { x, y, index: sample }) in ids.iter().enumerate().take(count) {
-            paths.name[0].set_word(index, y << 16 | x);
-            paths.name[1].set_word(index, sample);
+        for (index, id) in ids.iter().enumerate().take(count) {
+            paths.name[0].set_word(index, pixel_name(id));
+            paths.name[1].set_word(index, id.index);
             paths.owner.set_word(index, index as u32);
         }
         let mut place = 0;

@@ -88,6 +88,50 @@ impl<I: Instructions> LaneWords for Words<I> {
     fn shift_right<const BITS: i32>(self) -> Self {
         words(unsafe { _mm256_srli_epi32::<BITS>(self.0) })
     }
+    #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        words(unsafe {
+            // Bytes change places, then each half of a byte is looked up.
+            let bytes = _mm256_shuffle_epi8(self.0, twice(&BYTES_REVERSED));
+            let half = _mm256_set1_epi8(0x0f);
+            let (low, high) = (
+                _mm256_and_si256(bytes, half),
+                _mm256_and_si256(_mm256_srli_epi32::<4>(bytes), half),
+            );
+            _mm256_or_si256(
+                _mm256_shuffle_epi8(twice(&HALVES_REVERSED_HIGH), low),
+                _mm256_shuffle_epi8(twice(&HALVES_REVERSED), high),
+            )
+        })
+    }
+    #[inline(always)]
+    fn lookup(table: &[u32; LANES], index: Self) -> Self {
+        words(unsafe { _mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), index.0) })
+    }
+}
+
+/// Places of the bytes of four words, each word's in the opposite order.
+const BYTES_REVERSED: [u8; 16] = [3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12];
+
+/// Four bits in the opposite order.
+const HALVES_REVERSED: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+
+/// The same in the upper half of a byte.
+const HALVES_REVERSED_HIGH: [u8; 16] = {
+    let mut high = HALVES_REVERSED;
+    let mut place = 0;
+    while place < 16 {
+        high[place] <<= 4;
+        place += 1;
+    }
+    high
+};
+
+/// The same sixteen bytes in both halves of a register.
+#[inline(always)]
+unsafe fn twice(bytes: &[u8; 16]) -> __m256i {
+    // SAFETY: the read, at any alignment, is of the sixteen bytes.
+    unsafe { _mm256_broadcastsi128_si256(_mm_loadu_si128(bytes.as_ptr().cast())) }
 }
 
 impl<I: Instructions> AnyLanes for Registers<I> {

@@ -18,9 +18,9 @@ mod matrices;
 mod search;
 
 use self::matrices::{COLUMNS, SEARCHED};
-use crate::scrambling::{mix, permute_upwards, permute_upwards_lanes, reverse_bits_lanes};
+use crate::scrambling::{mix, permute_upwards, permute_upwards_lanes};
 use crate::sobol_directions::{GROUP, REVERSED_DIRECTIONS};
-use lightshed_lanes::LaneWords;
+use lightshed_lanes::{LANES, LaneWords};
 
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
 const LINKED: usize = 32;
@@ -47,23 +47,38 @@ const fn columns(group: usize) -> [u32; 32] {
     columns
 }
 
-/// The columns of `S_d M_g`, bits reversed: `[g][bit of the index][d]`, 16 KiB. `n` samples read
-/// the first `log₂ n` rows of each group.
-static REVERSED: [[[u32; GROUP]; 32]; LINKED] = {
-    let mut table = [[[0; GROUP]; 32]; LINKED];
+/// Bits of an index that are looked up together.
+const TOGETHER: usize = LANES.ilog2() as usize;
+
+/// The coordinates, bits reversed, of indices that have one, two or three bits in a row:
+/// `[g][row of bits][d][bits]`, 44 KiB. They are sums of columns of `S_d M_g`; `n` samples read the
+/// first `log₂ n / 3` rows of each group.
+static REVERSED: [[[[u32; LANES]; GROUP]; 32usize.div_ceil(TOGETHER)]; LINKED] = {
+    let mut table = [[[[0; LANES]; GROUP]; 32usize.div_ceil(TOGETHER)]; LINKED];
     let mut group = 0;
     while group < LINKED {
         let columns = columns(group);
         let mut bit = 0;
         while bit < 32 {
-            let mut from = 0;
-            while from <= bit {
-                let mut dimension = 0;
-                while dimension < GROUP && columns[bit] >> from & 1 == 1 {
-                    table[group][bit][dimension] ^= REVERSED_DIRECTIONS[from][dimension];
-                    dimension += 1;
+            let (row, own) = (bit / TOGETHER, bit % TOGETHER);
+            let mut dimension = 0;
+            while dimension < GROUP {
+                let mut column = 0;
+                let mut from = 0;
+                while from <= bit {
+                    if columns[bit] >> from & 1 == 1 {
+                        column ^= REVERSED_DIRECTIONS[from][dimension];
+                    }
+                    from += 1;
                 }
-                from += 1;
+                let mut bits = 0;
+                while bits < LANES {
+                    if bits >> own & 1 == 1 {
+                        table[group][row][dimension][bits] ^= column;
+                    }
+                    bits += 1;
+                }
+                dimension += 1;
             }
             bit += 1;
         }
@@ -94,11 +109,11 @@ pub(crate) fn has_own_matrix(group: u32) -> bool {
 /// The numbers of eight samples in the random order that `order` is the seed of.
 #[inline(always)]
 pub(crate) fn reorder_lanes<W: LaneWords>(sample: W, order: W) -> W {
-    reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order))
+    permute_upwards_lanes(sample.reverse_bits(), order).reverse_bits()
 }
 
 #[inline(always)]
-fn rows(group: u32) -> &'static [[u32; GROUP]; 32] {
+fn rows(group: u32) -> &'static [[[u32; LANES]; GROUP]; 32usize.div_ceil(TOGETHER)] {
     &REVERSED[group as usize % LINKED]
 }
 
@@ -110,10 +125,10 @@ pub(crate) fn reversed_point(group: u32, mut index: u32) -> [u32; GROUP] {
         if index == 0 {
             break;
         }
-        let has = (index & 1).wrapping_neg();
-        index >>= 1;
+        let bits = index as usize % LANES;
+        index >>= TOGETHER;
         for dimension in 0..GROUP {
-            point[dimension] ^= row[dimension] & has;
+            point[dimension] ^= row[dimension][bits];
         }
     }
     point
@@ -129,12 +144,10 @@ pub(crate) fn reversed_point_lanes<W: LaneWords>(group: u32, index: W) -> [W; GR
         if bits == 0 {
             break;
         }
-        // All bits of a lane are set where the index has this one.
-        let has = (rest & W::splat(1)) * W::splat(!0);
-        (bits, rest) = (bits >> 1, rest.shift_right::<1>());
         for dimension in 0..GROUP {
-            point[dimension] = point[dimension] ^ (has & W::splat(row[dimension]));
+            point[dimension] = point[dimension] ^ W::lookup(&row[dimension], rest);
         }
+        (bits, rest) = (bits >> TOGETHER, rest.shift_right::<{ TOGETHER as i32 }>());
     }
     point
 }
