@@ -91,7 +91,10 @@ pub(super) fn against_chain(
         // Of paths through media, whose rays are not counted.
         None => cost.in_paths(first.cost),
     };
-    let weights = weights([&known, &whole].into_iter(), plan.blocks.size()[0] as usize);
+    // Of the many frames of the chain more is known than of the few paths, which miss light.
+    let of_frames = |images: &'_ Images| f64::from(images.frames);
+    let shown = [(&known, of_frames(&known)), (&whole, of_frames(&whole))];
+    let weights = weights(shown.into_iter(), plan.blocks.size()[0] as usize);
     let relative = |images: &Images| images.weighed(&weights);
     let as_known = |best_error: f64, error: f64, known_error: f64| {
         let scale = best_error * f64::from(best.frames) / (known_error * f64::from(known.frames));

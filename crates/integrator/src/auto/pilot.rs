@@ -186,23 +186,29 @@ fn errors(means: &[RgbImage; 2]) -> impl Iterator<Item = f64> {
 /// weighed with, the same for all candidates.
 ///
 /// The brightness is the mean over squares of [`CELL`] pixels and over the images of these
-/// candidates. A pixel's own value would hide what matters: a bright outlier would weigh itself
-/// down, and where no image has found any light an error of zero would count in full.
-pub(super) fn weights<'i>(candidates: impl Iterator<Item = &'i Images>, width: usize) -> Vec<f64> {
-    let images: Vec<&RgbImage> = candidates.flat_map(|images| &images.means).collect();
-    let pixels = images.first().map_or(0, |image| image.pixels().len());
+/// candidates, each with the share that comes with it. A pixel's own value would hide what matters:
+/// a bright outlier would weigh itself down, and where no image has found any light an error of
+/// zero would count in full.
+pub(super) fn weights<'i>(candidates: impl Iterator<Item = (&'i Images, f64)>, width: usize) -> Vec<f64> {
+    let both = |(images, share): (&'i Images, f64)| images.means.each_ref().map(|mean| (mean, share));
+    let images: Vec<(&RgbImage, f64)> = candidates.flat_map(both).collect();
+    let pixels = images.first().map_or(0, |(image, _)| image.pixels().len());
+    let shares: f64 = images.iter().map(|(_, share)| share).sum();
     let columns = width.div_ceil(CELL).max(1);
     let cell = |pixel: usize| pixel / width / CELL * columns + pixel % width / CELL;
     let mut cells: Vec<(f64, f64)> = Vec::new();
     for pixel in 0..pixels {
-        let values = images.iter().flat_map(|image| &image.pixels()[pixel]);
-        let (sum, count) = (values.map(|v| f64::from(*v)).sum::<f64>(), 3 * images.len());
+        let values = images.iter().map(|(image, share)| {
+            let [r, g, b] = image.pixels()[pixel].map(f64::from);
+            share * (r + g + b)
+        });
+        let (sum, count) = (values.sum::<f64>(), 3.0 * shares);
         let place = cell(pixel);
         if cells.len() <= place {
             cells.resize(place + 1, (0.0, 0.0));
         }
         cells[place].0 += sum;
-        cells[place].1 += count as f64;
+        cells[place].1 += count;
     }
     let (sum, count) = cells.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
     let least = (DARKEST * sum / f64::max(count, 1.0)).powi(2);
@@ -250,6 +256,31 @@ impl Images {
     }
 }
 
+impl Images {
+    /// The part of both errors that is not in a single pixel of its square of `side` pixels, in an
+    /// image of this width; the geometric mean. Paths that a square shares differ in many of its
+    /// pixels, others in one.
+    pub fn spread(&self, weights: &[f64], width: usize, side: usize) -> f64 {
+        let columns = width.div_ceil(side).max(1);
+        let spread = |weight: &dyn Fn(usize) -> f64| {
+            let mut squares: Vec<(f64, f64)> = Vec::new();
+            for (pixel, error) in errors(&self.means).enumerate() {
+                let square = pixel / width / side * columns + pixel % width / side;
+                if squares.len() <= square {
+                    squares.resize(square + 1, (0.0, 0.0));
+                }
+                let (sum, most) = &mut squares[square];
+                let error = error * weight(pixel);
+                *sum += error;
+                *most = most.max(error);
+            }
+            let (all, single) = squares.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+            if all > 0.0 { 1.0 - single / all } else { 1.0 }
+        };
+        (spread(&|_| 1.0) * spread(&|pixel| weights[pixel])).sqrt()
+    }
+}
+
 /// `(S₁ − √S₂) / S₁` of the values' sum and the sum of the squares of what they differ by from
 /// their mean: the standard error of the sum.
 pub(super) fn certain(values: &[f64]) -> f64 {
@@ -274,7 +305,52 @@ fn half_squared_difference(a: &[f32; 3], b: &[f32; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::certain;
+    use super::*;
+
+    /// Of 8×4 pixels in squares of 4: an error in one pixel of the first square, one in all of the
+    /// second.
+    fn two_squares(single: f32, all: f32) -> Images {
+        let value = |x: u32, y: u32| {
+            [if x >= 4 {
+                all
+            } else {
+                single * f32::from(u8::from(x == 1 && y == 2))
+            }; 3]
+        };
+        let image = |scale: f32| RgbImage::from_fn(8, 4, |x, y| value(x, y).map(|v| v * scale)).unwrap();
+        Images {
+            frames: 1,
+            rays: None,
+            seconds: 0.0,
+            error: 0.0,
+            means: [image(0.0), image(1.0)],
+            gains: None,
+        }
+    }
+
+    /// What is in single pixels is not shared. Planted faults: the worst pixel of the image; squares
+    /// of the whole width.
+    #[test]
+    fn outliers_of_single_pixels_are_told() {
+        let spread = |single: f32, all: f32| two_squares(single, all).spread(&[1.0; 32], 8, 4);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} {b}");
+        close(spread(1.0, 0.0), 0.0);
+        close(spread(0.0, 1.0), 15.0 / 16.0);
+        // Errors of 16 and of 16 times 1: fifteen are beside the worst pixels of their squares.
+        close(spread(4.0, 1.0), 15.0 / 32.0);
+        close(spread(0.0, 0.0), 1.0);
+    }
+
+    /// The brightness that errors refer to is that of the images, each with its share.
+    #[test]
+    fn shares_weigh_brightness() {
+        let [dark, bright] = [two_squares(0.0, 0.0), two_squares(0.0, 2.0)];
+        let weights = |share: f64| weights([(&dark, share), (&bright, 3.0)].into_iter(), 8)[0];
+        // Means of 3/4 and 3/8 in the cell, half of it in one of two images; a hundredth is added.
+        let of = |mean: f64| 1.0 / (mean * mean * (1.0 + DARKEST * DARKEST));
+        assert!((weights(1.0) / of(0.375) - 1.0).abs() < 1e-6);
+        assert!((weights(9.0) / of(0.125) - 1.0).abs() < 1e-6);
+    }
 
     /// Equal values hide no outlier; one that holds nearly all of the error is one.
     #[test]

@@ -62,7 +62,7 @@ mod tests {
         };
         let [plain, sharing] = ["path", "path-reuse"].map(of);
         assert!(plain.plain_errors(&[]).is_none());
-        let weights = weights([&plain, &sharing].into_iter(), 32);
+        let weights = weights([(&plain, 1.0), (&sharing, 1.0)].into_iter(), 32);
         let said = sharing.plain_errors(&weights).unwrap();
         let measured = f64::from(frames) * plain.error;
         let relative = f64::from(frames) * plain.weighed(&weights);

@@ -91,14 +91,29 @@ impl AutoTask {
         let share = if is_likely { LIKELY_SHARE } else { CHAIN_SHARE };
         let [width, height] = self.size.map(f64::from);
         let work = width * height * f64::from(self.samples);
-        let paths = cost * f64::from(CHAIN_FRAMES) + f64::from(OTHER_SAMPLES);
-        let blocks = ImageBlocks::spread(self.size, CHAIN_PIXELS, SIDE)?;
-        let [width, height] = blocks.size().map(f64::from);
-        (self.chains && 2.0 * width * height * paths <= share * work).then_some(ChainPlan {
-            blocks,
-            frames: CHAIN_FRAMES,
-            samples: OTHER_SAMPLES,
-        })
+        let with = |pixels: f64, frames: u32| {
+            let paths = cost * f64::from(frames) + f64::from(OTHER_SAMPLES);
+            let blocks = ImageBlocks::spread(self.size, pixels, SIDE)?;
+            let [width, height] = blocks.size().map(f64::from);
+            (2.0 * width * height * paths <= share * work).then_some(ChainPlan {
+                blocks,
+                frames,
+                samples: OTHER_SAMPLES,
+            })
+        };
+        if !self.chains {
+            return None;
+        }
+        // What few frames show of one that learns is little; then of few blocks.
+        let larger = [
+            (4.0 * CHAIN_PIXELS, 4 * CHAIN_FRAMES),
+            (2.0 * CHAIN_PIXELS, 4 * CHAIN_FRAMES),
+            (CHAIN_PIXELS, 4 * CHAIN_FRAMES),
+            (CHAIN_PIXELS, 2 * CHAIN_FRAMES),
+        ];
+        let mut larger = larger.into_iter().filter(|_| is_likely);
+        let larger = larger.find_map(|(pixels, frames)| with(pixels, frames));
+        larger.or_else(|| with(CHAIN_PIXELS, CHAIN_FRAMES))
     }
 
     /// What each candidate renders; `None` where the work is too little for a pilot.

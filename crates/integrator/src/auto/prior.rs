@@ -55,6 +55,8 @@ pub(super) struct Known {
     /// How certain the error of frames that share paths is, as in [`super::Trial::certain`]; 1 if
     /// none were tried.
     pub certain: f64,
+    /// How far their outliers are in paths that nobody shares, from 0 to 1.
+    pub unshared: f64,
 }
 
 /// What the error of a candidate in a pilot is multiplied with, of an image of so many frames: that
@@ -63,7 +65,7 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
     let has_tree = method.values().light_choosing().is_some();
     let many = known.finite_emitters >= MANY_EMITTERS;
     let tree = if has_tree && many { TREE } else { 1.0 };
-    let rare = 1.0 - known.certain;
+    let rare = (1.0 - known.certain) * (1.0 - known.unshared);
     let pays = ((known.shared - SOME[0]) / (SOME[1] - SOME[0])).clamp(0.0, 1.0);
     let loss = known.cost * (1.0 - known.shared);
     let is_open = ((LOSES[1] - loss) / (LOSES[1] - LOSES[0])).clamp(0.0, 1.0);
@@ -93,6 +95,7 @@ mod tests {
             shared,
             cost: 1.0,
             certain,
+            unshared: 0.0,
         };
         prior(&text.parse().unwrap(), 4, known)
     }
@@ -133,6 +136,7 @@ mod tests {
                 shared: 0.3,
                 cost,
                 certain,
+                unshared: 0.0,
             };
             prior(&"path-reuse".parse().unwrap(), 4, known)
         };

@@ -23,6 +23,14 @@ const FEW_FRAMES: u32 = 4;
 /// all of the error.
 const AS_CERTAIN: f64 = 0.8;
 
+/// The part of the error of frames that share that is not in the worst pixels of their squares,
+/// where outliers are shared by none, and where they are by many. It is 0.6 to 0.99 in rooms whose
+/// bright paths are shared, and 0.1 to 0.4 beside a ball of glass or a mirror.
+const SPREAD: [f64; 2] = [0.35, 0.6];
+
+/// How much error is not seen where all of it is in outliers that nobody shares.
+const UNSEEN: f64 = 3.0;
+
 /// Samples of a pilot in each pixel from which on short paths are looked at longer.
 const MANY_SAMPLES: u32 = 8;
 
@@ -68,6 +76,12 @@ fn is_path_alike(method: &Method, other: &Method) -> bool {
 /// Whether a method is paths with several.
 fn has_several_samples(method: &Method) -> bool {
     method.name() == "path" && method.values().light_samples() > 1
+}
+
+/// How far the outliers of frames that share paths are in paths that are not shared, by the part of
+/// their error that is not in single pixels: light that smooth surfaces throw.
+fn unshared(spread: f64) -> f64 {
+    ((SPREAD[1] - spread) / (SPREAD[1] - SPREAD[0])).clamp(0.0, 1.0)
 }
 
 /// Whether frames of a method share paths.
@@ -251,7 +265,7 @@ impl Race<'_, '_> {
         let of_use = &done[usize::from(self.in_brief)..];
         let shown = of_use.iter().filter(|(method, _)| method.name() != RESAMPLING);
         let width = self.plan.size(self.task.size)[0];
-        weights(shown.map(|(_, images)| images), width as usize)
+        weights(shown.map(|(_, images)| (images, 1.0)), width as usize)
     }
 
     /// Pixels of so many frames of two images.
@@ -302,11 +316,20 @@ impl Race<'_, '_> {
                 .filter(|(method, _)| is_path_alike(method, &sharing.0));
             paths.next().map(|paths| cost_of(sharing) / cost_of(paths))
         });
+        // How much greater the error of frames that share is likely to be than the pilot shows, for
+        // rare paths that nobody shares; plain paths have them, too.
+        let spread = shared.map_or(1.0, |(_, images)| match shows_outliers {
+            true => images.spread(&weights, width as usize, SIDE as usize),
+            false => 1.0,
+        });
+        let certain_of_sharing = shared.map_or(1.0, certain);
+        let unseen = unshared(spread) * UNSEEN * (1.0 - certain_of_sharing);
         let known = Known {
             finite_emitters: self.features.area_emitters + self.features.delta_emitters,
             shared: plain.map_or(0.0, |(_, errors)| errors.shared),
             cost: cost_of_sharing.unwrap_or(1.0),
-            certain: shared.map_or(1.0, certain),
+            certain: certain_of_sharing,
+            unshared: unshared(spread),
         };
         let trials = done.iter().map(|one| {
             let (method, images) = one;
@@ -315,9 +338,19 @@ impl Race<'_, '_> {
             let (error, relative, own) = match said {
                 Some((sharing, PlainErrors { error, relative, .. })) => {
                     let frames = f64::from(images.frames);
+                    let rare = unseen * f64::from(sharing.1.frames);
+                    let (error, relative) = (
+                        error + rare * sharing.1.error,
+                        relative + rare * sharing.1.weighed(&weights),
+                    );
                     (error / frames, relative / frames, certain(sharing))
                 }
                 None => (images.error, images.weighed(&weights), certain(one)),
+            };
+            let more = if shares(method) && plain.is_some() {
+                1.0 + unseen
+            } else {
+                1.0
             };
             let alike = |(other, _): &&(Method, Images)| is_path_alike(other, method);
             let paths = done.iter().find(alike).filter(|_| has_several_samples(method));
@@ -329,7 +362,7 @@ impl Race<'_, '_> {
                 error,
                 relative,
                 certain,
-                prior: prior(method, images.frames, known),
+                prior: more * prior(method, images.frames, known),
                 shared: match method.name() {
                     "path-reuse" => known.shared,
                     _ => 0.0,

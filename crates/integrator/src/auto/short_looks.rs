@@ -147,7 +147,7 @@ mod tests {
             let (one, several) = (Stage::new(&scene), Stage::new(&scene).for_samples(SAMPLES));
             let method: Method = text.parse().unwrap();
             let (before, after) = (of(&one, &method, 4), of(&several, &method, 32));
-            let weights = weights([&before].into_iter(), 64);
+            let weights = weights([(&before, 1.0)].into_iter(), 64);
             let [known, found] = [&before, &after].map(|images| trial(&method, images, &weights));
             let mut looks = ShortLooks::new(&one, 4);
             let gain = looks.gain(&known, 16.0, &weights).unwrap();
@@ -171,7 +171,7 @@ mod tests {
         let stage = Stage::new(&scene);
         let methods = ["path:bvh", "path:bvh:light-samples=4"].map(|text| text.parse::<Method>().unwrap());
         let [one, several] = [0, 1].map(|n| of(&stage, &methods[n], [8, 4][n]));
-        let weights = weights([&one, &several].into_iter(), 64);
+        let weights = weights([(&one, 1.0), (&several, 1.0)].into_iter(), 64);
         let trials = [
             trial(&methods[0], &one, &weights),
             trial(&methods[1], &several, &weights),

@@ -3,7 +3,9 @@
 use super::choice::roundest;
 use super::{Auto, AutoTask, Choice, MethodRequest, Trial};
 use lightshed_scene::glam::Vec3A;
-use lightshed_scene::{ColorTexture, Material, Rgb, Scene, builtin};
+use lightshed_scene::{
+    ColorTexture, Geometry, Material, Rgb, Scene, ShapeDescription, SphereGeometry, builtin,
+};
 use std::sync::atomic::AtomicBool;
 
 fn scene(name: &str) -> Scene {
@@ -221,6 +223,52 @@ fn told_emitter_samples_are_judged_like_others() {
     let cost = several.cost / one.cost;
     assert!((1.5..4.0).contains(&cost), "{cost}");
     assert!(several.short.error < 1.0, "{:?}", several.short);
+}
+
+/// Beside a ball of glass the outliers of shared paths are light that the glass throws, which no
+/// pixel shares with another. The pilot meets few of them.
+/// Planted fault: outliers that are not shared counted as shared ones.
+#[test]
+fn light_that_glass_throws_is_not_shared() {
+    let mut description = builtin::cornell();
+    (description.settings.width, description.settings.height) = (96, 96);
+    description.settings.max_depth = Some(3);
+    description.materials.push(Material::Dielectric {
+        eta: 1.5,
+        roughness: None,
+        specular_reflectance: ColorTexture::Constant(Rgb::ONE),
+        specular_transmittance: ColorTexture::Constant(Rgb::ONE),
+    });
+    description.shapes.push(ShapeDescription {
+        name: "ball".into(),
+        geometry: Geometry::Sphere(SphereGeometry {
+            center: [0.3, -0.2, 0.4].into(),
+            radius: 0.3,
+            flip_normals: false,
+        }),
+        material: description.materials.len() as u32 - 1,
+        emission: None,
+    });
+    let mut scene = Scene::new(&description).unwrap();
+    let task = AutoTask::new([96, 96], 400);
+    let choice = auto("auto").choose(&mut scene, &task, &AtomicBool::new(false));
+    let choice = choice.unwrap();
+    assert_eq!(choice.method.to_string(), "path", "{:?}", choice.trials);
+}
+
+/// A chain that has found light which few paths find is judged by that light, in larger images as
+/// well, of which the pilot sees a small part: images by it have a tenth of the relative error.
+/// Planted fault: each image with the same share in the brightness that errors refer to.
+#[test]
+fn chains_win_where_paths_miss_light() {
+    for size in [[112, 112], [192, 192]] {
+        let mut description = builtin::pool();
+        [description.settings.width, description.settings.height] = size;
+        let mut scene = Scene::new(&description).unwrap();
+        let choice = auto("auto").choose(&mut scene, &AutoTask::new(size, 190), &AtomicBool::new(false));
+        let choice = choice.unwrap();
+        assert_eq!(choice.method.name(), "mcmm", "{size:?}: {:?}", choice.trials);
+    }
 }
 
 /// Where emitters make the error of direct light, several are sampled.
