@@ -328,8 +328,7 @@ mod tests {
         }
     }
 
-    /// What is in single pixels is not shared. Planted faults: the worst pixel of the image; squares
-    /// of the whole width.
+    /// What is in single pixels is not shared. Planted fault: the worst pixel of the image.
     #[test]
     fn outliers_of_single_pixels_are_told() {
         let spread = |single: f32, all: f32| two_squares(single, all).spread(&[1.0; 32], 8, 4);

@@ -29,7 +29,7 @@ const AS_CERTAIN: f64 = 0.8;
 const SPREAD: [f64; 2] = [0.35, 0.6];
 
 /// How much error is not seen where all of it is in outliers that nobody shares.
-const UNSEEN: f64 = 3.0;
+const UNSEEN: f64 = 2.0;
 
 /// Samples of a pilot in each pixel from which on short paths are looked at longer.
 const MANY_SAMPLES: u32 = 8;
