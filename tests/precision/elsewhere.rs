@@ -30,7 +30,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-sampling",
         "the same bits as the function of one number, by the crate's tests",
-        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes SobolSampler::block_lanes BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_local FrameLanes::to_world GgxLanes::masking GgxLanes::new GgxLanes::normal_density \
+        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes PointSet::block_lanes_by PointSet::common_lanes SobolSampler::block_lanes SobolSampler::block_lanes_by SobolScrambles::new BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_local FrameLanes::to_world GgxLanes::masking GgxLanes::new GgxLanes::normal_density \
          GgxLanes::sample_visible_normal GgxLanes::visible_normal_density \
          PathSeed::block_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes",
     ),
