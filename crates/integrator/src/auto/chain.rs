@@ -92,8 +92,7 @@ pub(super) fn against_chain(
         None => cost.in_paths(first.cost),
     };
     // Of the many frames of the chain more is known than of the few paths, which miss light.
-    let of_frames = |images: &'_ Images| f64::from(images.frames);
-    let shown = [(&known, of_frames(&known)), (&whole, of_frames(&whole))];
+    let shown = [&known, &whole].map(|images| (images, f64::from(images.frames)));
     let weights = weights(shown.into_iter(), plan.blocks.size()[0] as usize);
     let relative = |images: &Images| images.weighed(&weights);
     let as_known = |best_error: f64, error: f64, known_error: f64| {

@@ -238,11 +238,10 @@ impl Images {
     /// geometric mean. Pixels of squares of `side` pixels have outliers in common, in an image of
     /// this width.
     pub fn certain(&self, weights: &[f64], width: usize, side: usize) -> f64 {
-        let columns = width.div_ceil(side).max(1);
         let sums = |weight: &dyn Fn(usize) -> f64| {
             let mut sums = Vec::new();
             for (pixel, error) in errors(&self.means).enumerate() {
-                let square = pixel / width / side * columns + pixel % width / side;
+                let square = square(pixel, width, side);
                 if sums.len() <= square {
                     sums.resize(square + 1, 0.0);
                 }
@@ -254,31 +253,31 @@ impl Images {
         let weighed = certain(&sums(&|pixel| weights[pixel]));
         (own * weighed).sqrt()
     }
-}
 
-impl Images {
-    /// The part of both errors that is not in a single pixel of its square of `side` pixels, in an
+    /// The part of both errors that is not in the worst pixel of its square of `side` pixels, in an
     /// image of this width; the geometric mean. Paths that a square shares differ in many of its
     /// pixels, others in one.
     pub fn spread(&self, weights: &[f64], width: usize, side: usize) -> f64 {
-        let columns = width.div_ceil(side).max(1);
         let spread = |weight: &dyn Fn(usize) -> f64| {
-            let mut squares: Vec<(f64, f64)> = Vec::new();
+            let (mut all, mut worst) = (0.0, Vec::new());
             for (pixel, error) in errors(&self.means).enumerate() {
-                let square = pixel / width / side * columns + pixel % width / side;
-                if squares.len() <= square {
-                    squares.resize(square + 1, (0.0, 0.0));
+                let (square, error) = (square(pixel, width, side), error * weight(pixel));
+                if worst.len() <= square {
+                    worst.resize(square + 1, 0.0);
                 }
-                let (sum, most) = &mut squares[square];
-                let error = error * weight(pixel);
-                *sum += error;
-                *most = most.max(error);
+                worst[square] = f64::max(worst[square], error);
+                all += error;
             }
-            let (all, single) = squares.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
-            if all > 0.0 { 1.0 - single / all } else { 1.0 }
+            let worst: f64 = worst.iter().sum();
+            if all > 0.0 { 1.0 - worst / all } else { 1.0 }
         };
         (spread(&|_| 1.0) * spread(&|pixel| weights[pixel])).sqrt()
     }
+}
+
+/// The number of the square of `side` pixels that a pixel of an image of this width lies in.
+fn square(pixel: usize, width: usize, side: usize) -> usize {
+    pixel / width / side * width.div_ceil(side).max(1) + pixel % width / side
 }
 
 /// `(S₁ − √S₂) / S₁` of the values' sum and the sum of the squares of what they differ by from
