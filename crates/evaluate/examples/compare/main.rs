@@ -74,10 +74,12 @@ struct Compared {
 
 impl Compared {
     fn section(&self) -> ReportScene<'_> {
-        let made_of = self.made_of.iter();
-        let made_of = made_of.map(|made_of| format!(" The reference has {made_of}."));
+        let mut description = self.subject.about.clone();
+        if let Some(made_of) = &self.made_of {
+            description += &format!(" The reference has {made_of}.");
+        }
         ReportScene {
-            description: made_of.fold(self.subject.about.clone(), |about, more| about + &more),
+            description,
             chains: &self.chains,
             motion: self.motion.as_ref(),
             without_emitters: &self.without_emitters,
