@@ -29,7 +29,7 @@
 
 use lightshed_lanes::{LaneWords, Lanes};
 
-use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point, reversed_point_lanes};
+use crate::linked::{is_linked, ordered_point, reorder_lanes, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
 use crate::scrambling::{permute_upwards, permute_upwards_lanes};
 use crate::sobol_directions::GROUP;
@@ -224,7 +224,7 @@ impl BlueNoiseSampler {
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
         let group = Group::new(seed, block);
-        let index = match has_own_matrix(block) {
+        let index = match is_linked(block) {
             true => sample,
             false => reorder_lanes(sample, L::Words::splat(group.sample_order)),
         };

@@ -1,6 +1,7 @@
 //! How the random numbers of a pixel's samples relate to each other.
 
 use crate::blue_noise::BlueNoiseSampler;
+use crate::linked;
 use crate::rng::CounterRng;
 use crate::sobol::{SobolSampler, SobolScrambles};
 use crate::uniform::f32_from_u32;
@@ -19,7 +20,7 @@ pub enum PointSet {
     Independent,
     /// Owen-scrambled Sobol points ([`SobolSampler`]): four numbers of a block are stratified
     /// together over the samples, and pairs of the first 32 blocks as well. The variance of a mean
-    /// is never much higher, and lower the smoother the integrand is. Samples of one seed depend on
+    /// is rarely much higher, and lower the smoother the integrand is. Samples of one seed depend on
     /// each other: an error estimated from their variance is too high. Numbers of different pixels
     /// are independent.
     Sobol,
@@ -57,6 +58,32 @@ impl PointSet {
             Self::Sobol => SobolSampler::block(seed, pixel, sample, block),
             Self::BlueNoise => BlueNoiseSampler::block(seed, pixel, sample, block),
         }
+    }
+
+    /// The block that is copy `number` of `block`, which is below 32; `number` is below 2²⁴.
+    ///
+    /// A copy has random words of its own, stratified together with other blocks in the way that
+    /// `block` is. For what one sample of a pixel does several times, like choosing emitters: pairs
+    /// of far blocks can be worse than independent numbers, and the pairs of copies are those of
+    /// near ones.
+    ///
+    /// ```
+    /// use lightshed_sampling::PointSet;
+    /// // Eight samples of a pixel have one number in each eighth of the unit interval, in a copy
+    /// // as well, and there in other orders.
+    /// let copy = PointSet::copy_of(2, 1);
+    /// let eighths = |block| {
+    ///     let mut eighths = [0, 1, 2, 3, 4, 5, 6, 7]
+    ///         .map(|sample| PointSet::Sobol.block(1, 7, sample, block)[0] >> 29);
+    ///     let in_order = eighths;
+    ///     eighths.sort();
+    ///     assert_eq!(eighths, [0, 1, 2, 3, 4, 5, 6, 7]);
+    ///     in_order
+    /// };
+    /// assert_ne!(eighths(2), eighths(copy));
+    /// ```
+    pub const fn copy_of(block: u32, number: u32) -> u32 {
+        linked::copy_of(block, number)
     }
 
     /// [`block`](Self::block) of eight samples.

@@ -26,7 +26,7 @@ use core::convert::Infallible;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 use rand::TryRng;
 
-use crate::linked::{has_own_matrix, ordered_point, reorder_lanes, reversed_point_lanes};
+use crate::linked::{is_linked, ordered_point, reorder_lanes, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
 use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes};
 use crate::sobol_directions::GROUP;
@@ -226,7 +226,7 @@ fn scrambles_lanes<L: Lanes>(seed: u64, pixel: L::Words, block: u32) -> [L::Word
 fn scrambled_lanes<L: Lanes>(scrambles: [L::Words; GROUP], sample: L::Words, block: u32) -> [L::Words; 4] {
     let [p, q, r, s] = scrambles;
     // As `ordered_point`, without a closure: it would not be compiled for the lanes.
-    let index = match has_own_matrix(block) {
+    let index = match is_linked(block) {
         true => sample,
         false => reorder_lanes(sample, mix_lanes(p ^ q.rotate::<16, 16>())),
     };

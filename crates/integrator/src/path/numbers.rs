@@ -283,25 +283,17 @@ impl PathNumbers for SampleNumbers {
     }
 }
 
-/// The block of words for emitter sample `number` at the vertex at the end of edge `depth`.
-///
-/// Groups of stratified points are stratified together with each other up to the
-/// [last](LINKED_BLOCKS), so that is where further samples begin. Far vertices may have the same
-/// numbers. They are other summands of the estimate, so its expectation does not change.
+/// The block of words for emitter sample `number` at the vertex at the end of edge `depth`. Those
+/// of further samples are copies of the first one's block: stratified points of far blocks had up
+/// to ten times the variance that one sample has.
 #[inline(always)]
 pub(super) fn emitter_block(depth: u32, number: u32) -> u32 {
+    let first = depth.wrapping_mul(WORDS) / 4;
     match number {
-        0 => depth.wrapping_mul(WORDS) / 4,
-        1..LAST_LINKED => LINKED_BLOCKS - 2 * number,
-        _ => (1 << 29) + 2 * number,
+        0 => first,
+        _ => PointSet::copy_of(first, number),
     }
 }
-
-/// Blocks of stratified points that are stratified together.
-const LINKED_BLOCKS: u32 = 32;
-
-/// The first emitter sample with a block that is not.
-const LAST_LINKED: u32 = LINKED_BLOCKS / 2 - 1;
 
 /// `u` in part `number` of `samples` equal parts of the unit interval.
 #[inline(always)]

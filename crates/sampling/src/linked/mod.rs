@@ -25,6 +25,15 @@ use lightshed_lanes::{LANES, LaneWords};
 /// Groups that belong together: the camera's, and those of fifteen vertices of a path.
 const LINKED: usize = 32;
 
+/// Groups from this on are copies of linked groups.
+const COPIES: u32 = 1 << 29;
+
+/// The group that is copy `number` of a linked group.
+pub(crate) const fn copy_of(group: u32, number: u32) -> u32 {
+    let own = number.wrapping_mul(LINKED as u32) % COPIES;
+    COPIES + own + group % LINKED as u32
+}
+
 /// [`mix`] of a seed and a number.
 const fn hash(seed: u32, number: u32) -> u32 {
     mix(seed ^ number.wrapping_mul(0x9e37_79b9))
@@ -87,12 +96,12 @@ static REVERSED: [[[[u32; LANES]; GROUP]; 32usize.div_ceil(TOGETHER)]; LINKED] =
     table
 };
 
-/// The four coordinates of sample `sample` in group `group`, bits reversed. Groups from the 32nd on
-/// have the matrices of earlier ones, so they take samples in the random order that `order` is the
-/// seed of.
+/// The four coordinates of sample `sample` in group `group`, bits reversed. Groups that are not
+/// [linked](is_linked) have the matrices of those that are, so they take samples in the random
+/// order that `order` is the seed of.
 #[inline(always)]
 pub(crate) fn ordered_point(group: u32, sample: u32, order: impl FnOnce() -> u32) -> [u32; GROUP] {
-    let index = if has_own_matrix(group) {
+    let index = if is_linked(group) {
         sample
     } else {
         permute_upwards(sample.reverse_bits(), order()).reverse_bits()
@@ -100,10 +109,10 @@ pub(crate) fn ordered_point(group: u32, sample: u32, order: impl FnOnce() -> u32
     reversed_point(group, index)
 }
 
-/// Whether a group has a matrix of its own, so that its samples need no order.
+/// Whether a group belongs together with others: one of the first, or a copy of one.
 #[inline(always)]
-pub(crate) fn has_own_matrix(group: u32) -> bool {
-    group < LINKED as u32
+pub(crate) fn is_linked(group: u32) -> bool {
+    group < LINKED as u32 || group >= COPIES
 }
 
 /// The numbers of eight samples in the random order that `order` is the seed of.

@@ -2,7 +2,7 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use lightshed_sampling::{CounterRng, SobolSampler, f32_from_u32};
+use lightshed_sampling::{CounterRng, PointSet, SobolSampler, f32_from_u32};
 use lightshed_testkit::{check_faults, chi_squared_test, family_significance};
 
 /// What can be planted in the points.
@@ -175,6 +175,55 @@ fn pairs_of_the_first_dimensions() {
         Ok(())
     })
     .unwrap();
+}
+
+/// A copy of a group has the t of the original with dimensions of all groups near it, and numbers
+/// of its own.
+#[test]
+fn copies_are_to_others_as_originals() {
+    check_faults(&[Copies::Same, Copies::InRandomOrder], |fault| {
+        let t = |m: u32, first: u32, second: &dyn Fn(u32) -> u32| {
+            let points =
+                (0..1 << m).map(|sample| vec![SobolSampler::at(5, 9, sample, first), second(sample)]);
+            let points: Vec<Vec<u32>> = points.collect();
+            (0..=m).find(|t| splits(m - t, 2).iter().all(|bits| is_stratified(&points, bits)))
+        };
+        for group in [1, 2, 7, 28] {
+            for number in [1, 2, 15, 1 << 20] {
+                let copied = match fault {
+                    None => PointSet::copy_of(group, number),
+                    Some(Copies::Same) => group,
+                    Some(Copies::InRandomOrder) => (1 << 28) + 32 * number + group,
+                };
+                for dimension in 0..4 {
+                    let own = |sample| SobolSampler::at(5, 9, sample, 4 * group + dimension);
+                    let copy = |sample| SobolSampler::at(5, 9, sample, 4 * copied + dimension);
+                    if (0..4).all(|sample| own(sample) == copy(sample)) {
+                        return Err(format!("copy {number} of {group} has its numbers"));
+                    }
+                    for first in (0..16).filter(|first| first / 4 != group) {
+                        for m in [6, 8] {
+                            let found = [t(m, first, &own), t(m, first, &copy)];
+                            if found[0] != found[1] {
+                                return Err(format!("copy {number} of {group} with {first}: {found:?}"));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+/// What can be wrong with copies.
+#[derive(Clone, Copy, Debug)]
+enum Copies {
+    /// They have the original's scrambles.
+    Same,
+    /// They have the original's matrix, in a random order.
+    InRandomOrder,
 }
 
 /// The number of samples as a power of two; the mean and the greatest t of pairs of groups.
