@@ -2,6 +2,7 @@
 
 use super::choice::Trial;
 use super::short_gain::{Errors, ShortGain, certain_means, replaced, stratified};
+use crate::LightChoosing;
 use crate::path::short::{Foreseen, ShortLook};
 use crate::registry::{Method, MethodError, Stage};
 
@@ -14,7 +15,14 @@ pub(super) struct ShortLooks<'r, 'a> {
     stage: &'r Stage<'a>,
     /// Paths of each of a pilot's sets.
     of_set: usize,
-    known: Vec<(Method, ShortLook)>,
+    known: Vec<Known>,
+}
+
+/// A look at short paths.
+struct Known {
+    choosing: Option<LightChoosing>,
+    emitter_samples: u32,
+    look: ShortLook,
 }
 
 impl<'r, 'a> ShortLooks<'r, 'a> {
@@ -30,19 +38,9 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         let Some(long) = method.long_paths(self.stage) else {
             return Ok(None);
         };
-        let is_alike = |other: &Method| {
-            let [values, others] = [method, other].map(Method::values);
-            values.light_choosing() == others.light_choosing()
-                && values.light_samples() == others.light_samples()
-        };
-        let place = match self.known.iter().position(|(other, _)| is_alike(other)) {
-            Some(place) => place,
-            None => {
-                let look = method.short_look(self.stage, self.of_set)?;
-                self.known.push((method.clone(), look));
-                self.known.len() - 1
-            }
-        };
+        let own = method.values().light_samples();
+        // Several short paths have one emitter sample each.
+        let [of_paths, of_one] = [self.look(method, own)?, self.look(method, 1)?];
         let has_several = method.values().several_short_paths();
         let shared = f64::from(method.shared_frames());
         let samples = if has_several {
@@ -50,7 +48,24 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         } else {
             0
         };
-        Ok(Some(self.known[place].1.foreseen(long, samples)))
+        let of_paths = (own, &self.known[of_paths].look);
+        Ok(Some(self.known[of_one].look.foreseen(long, samples, of_paths)))
+    }
+
+    /// The place of a look at a method's short paths with so many emitter samples.
+    fn look(&mut self, method: &Method, emitter_samples: u32) -> Result<usize, MethodError> {
+        let choosing = method.values().light_choosing();
+        let is_alike = |known: &Known| known.choosing == choosing && known.emitter_samples == emitter_samples;
+        if let Some(place) = self.known.iter().position(is_alike) {
+            return Ok(place);
+        }
+        let look = method.short_look(self.stage, emitter_samples, self.of_set)?;
+        self.known.push(Known {
+            choosing,
+            emitter_samples,
+            look,
+        });
+        Ok(self.known.len() - 1)
     }
 
     /// The gain of a trial's method in an image of `frames` frames.

@@ -16,7 +16,7 @@ use lightshed_scene::{DiffuseLanes, GlossyColumns, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
 /// Samples emitters where the rays of `paths` (and their number), their edge number `depth`, met
-/// `hits`: all samples of [`Transport::samples_at`] but the first. Tells `purpose` of those that
+/// `hits`: all samples of [`Purpose::samples_at`] but the first. Tells `purpose` of those that
 /// nothing blocks.
 pub(super) fn further_emitters<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
@@ -100,7 +100,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Further<'_, '_, S, G, P> 
         let throughput = self.paths.get(index, self.depth).throughput;
         let names = [0, 1].map(|name| self.paths.name[name].get_word(index));
         let owner = self.paths.owner.get_word(index);
-        let samples = transport.samples_at(self.depth);
+        let samples = self.purpose.samples_at(transport, self.depth);
         let (at, site) = (transport.scattering(&vertex), transport.site(&vertex));
         for number in 1..samples {
             let block = emitter_block(self.depth, number);
@@ -133,7 +133,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Further<'_, '_, S, G, P> 
         let owner = paths.owner.load_words::<L>(place);
         let [name, further] = &paths.name;
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
-        let samples = transport.samples_at(self.depth);
+        let samples = self.purpose.samples_at(transport, self.depth);
         let (count, share) = (L::splat(samples as f32), L::splat(1.0 / samples as f32));
         let mut number = 1;
         while number < samples {

@@ -39,7 +39,7 @@ use observer::{NoObserver, PathObserver};
 use pixels::{Pixels, SHORT};
 use purpose::{Purpose, ending_surface};
 use scattering::SurfaceVertex;
-use short::{LongPaths, ShortLook, ShortPaths};
+use short::{LongPaths, ShortLook, ShortPaths, ShortTracer};
 use std::sync::Arc;
 use transport::{PathState, Shadow, Transport};
 
@@ -142,7 +142,12 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
 
     /// What a pilot sees of short paths, with so many in each of its sets.
     pub(crate) fn short_look(&self, of_set: usize) -> ShortLook {
-        ShortLook::new(&self.transport, self.visible.as_deref(), of_set)
+        let tracer = ShortTracer {
+            transport: &self.transport,
+            visible: self.visible.as_deref(),
+            samples_once: false,
+        };
+        ShortLook::new(&tracer, of_set)
     }
 }
 
@@ -357,14 +362,14 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
                     None => break,
                 }
             }
-            let samples = self.transport.samples_at(depth);
+            let samples = purpose.samples_at(&self.transport, depth);
             let mut drawn = &numbers.vertex(depth, samples);
             let before = path.throughput;
             let watched = P::OBSERVES && purpose.watches(0);
             let seen = watched.then_some(|vertex| purpose.scatter(0, vertex));
             let next = self
                 .transport
-                .advance(&mut path, &vertex, depth, &mut drawn, seen);
+                .advance(&mut path, &vertex, (depth, samples), &mut drawn, seen);
             let mut connect = |shadow: Shadow| {
                 if !scene.occluded(&shadow.ray) {
                     purpose.connect(0, depth + 1, shadow.radiance);

@@ -52,6 +52,8 @@ pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     without_visible: u64,
     /// Paths, as bits, whose radiances leave out the light of paths of at most [`SHORT`] edges.
     without_short: u64,
+    /// Whether paths have one sample of the emitters at all vertices.
+    samples_once: bool,
     /// Where rays behind the first vertex are counted.
     tally: Option<&'o RayTally>,
     has_left: bool,
@@ -82,6 +84,7 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
             trails,
             without_visible: 0,
             without_short: 0,
+            samples_once: false,
             tally: None,
             has_left: false,
         }
@@ -106,6 +109,13 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
     #[inline(always)]
     pub fn without_short(mut self, paths: u64) -> Self {
         self.without_short = paths;
+        self
+    }
+
+    /// With one sample of the emitters at all vertices, whatever the transport has.
+    #[inline(always)]
+    pub fn with_one_emitter_sample(mut self, is_wanted: bool) -> Self {
+        self.samples_once = is_wanted;
         self
     }
 
@@ -162,6 +172,14 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     const ENDS: bool = E::IS_ACTIVE && !cfg!(lightshed_without = "ending");
 
     #[inline(always)]
+    fn samples_at<S, G>(&self, transport: &Transport<'_, S, G>, depth: u32) -> u32 {
+        match self.samples_once {
+            true => 1,
+            false => transport.samples_at(depth),
+        }
+    }
+
+    #[inline(always)]
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
         self.words.vertex_lanes::<L>(names, block)
     }
@@ -203,7 +221,7 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
             return;
         }
         let (scene, sampler) = (transport.scene, &transport.sampler);
-        let samples = transport.samples_at(depth.wrapping_sub(1));
+        let samples = self.samples_at(transport, depth.wrapping_sub(1));
         let met = path.met_beside(scene, sampler, samples, ray, point);
         let radiance = path.throughput * met;
         let at = point.map(|point| point.position);
@@ -275,7 +293,7 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     ) {
         // Guided, observed and ended paths sample once.
         let may_be = const { !G::IS_ACTIVE && !Self::OBSERVES && !Self::ENDS };
-        if may_be && transport.samples_at(depth) > 1 {
+        if may_be && self.samples_at(transport, depth) > 1 {
             further_emitters(transport, depth, paths, hits, self);
         }
     }

@@ -22,6 +22,12 @@ pub(crate) trait Purpose {
     /// Whether paths may end before their vertices.
     const ENDS: bool = false;
 
+    /// Samples of the emitters at vertices at the end of edge number `depth`.
+    #[inline(always)]
+    fn samples_at<S, G>(&self, transport: &Transport<'_, S, G>, depth: u32) -> u32 {
+        transport.samples_at(depth)
+    }
+
     /// Four random words of eight paths with these names.
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4];
 

@@ -90,6 +90,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     /// diffuse ones, if the choice among emitters does not ask for their gloss.
     const PLAIN: bool = !G::IS_ACTIVE && !P::OBSERVES && !P::ENDS;
 
+    /// Samples of the emitters at the vertices.
+    #[inline(always)]
+    fn samples(&self) -> u32 {
+        self.purpose.samples_at(self.transport, self.depth)
+    }
+
     /// Paths `place` to `place + 7`; `common` is what the words of the vertex's two blocks have in
     /// common.
     #[inline(always)]
@@ -109,7 +115,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.purpose
                 .words_by::<L>(common[1].as_ref(), names, block.wrapping_add(1)),
         ];
-        let numbers = VertexLanes::<L>::from_blocks(blocks, self.transport.samples_at(self.depth));
+        let numbers = VertexLanes::<L>::from_blocks(blocks, self.samples());
         let mut others = wanted & !missed;
         let environment = match scene.emitters().environment() {
             Some(_) => missed,
@@ -181,11 +187,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 None => return,
             }
         }
+        let at = (depth, self.samples());
         let watched = P::OBSERVES && self.purpose.watches(place);
         let seen = watched.then_some(|vertex| self.purpose.scatter(place, vertex));
         let next = self
             .transport
-            .advance(&mut state, &vertex, depth, &mut numbers, seen);
+            .advance(&mut state, &vertex, at, &mut numbers, seen);
         if let Some(shadow) = &next.shadow {
             self.shadows.push(shadow, owner);
         }
@@ -321,7 +328,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             scatters = (scatters & !picked) | (seen & picked & sound);
         }
 
-        let samples = self.transport.samples_at(self.depth) as f32;
+        let samples = self.samples() as f32;
         let (samples, share) = (L::splat(samples), L::splat(1.0 / samples));
         let mis = power_heuristic_lanes(light.pdf_solid_angle * samples, light_pdf);
         let mis = one.select(light.is_delta, mis);

@@ -337,20 +337,18 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
     }
 
     /// At a vertex at the end of a path's edge number `depth`: samples an emitter, the first of
-    /// [`samples_at`](Self::samples_at), and the next direction. `seen`, if it is there, gets the
-    /// vertex.
+    /// `samples`, and the next direction. `seen`, if it is there, gets the vertex.
     #[inline(always)]
     pub fn advance(
         &self,
         path: &mut PathState<S::Site>,
         vertex: &SurfaceVertex,
-        depth: u32,
+        (depth, samples): (u32, u32),
         numbers: &mut impl VertexStream,
         seen: Option<impl FnOnce(PathVertex)>,
     ) -> Next {
         let (at, site) = (self.scattering(vertex), self.site(vertex));
         let before = path.throughput;
-        let samples = self.samples_at(depth);
         let light = self.emitter_light(&at, &site, samples, numbers.emitter());
         let u_lobe = numbers.lobe();
         let onward = self.scatter(path, &at, site, depth, u_lobe, numbers);

@@ -109,10 +109,11 @@ fn plain_tracer<'b, S: EmitterSampler + 'b>(
 pub(super) fn short_look(
     stage: &Stage<'_>,
     values: &MethodValues,
+    emitter_samples: u32,
     of_set: usize,
 ) -> Result<ShortLook, String> {
     let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
-    Ok(tracer.short_look(of_set))
+    Ok(tracer.with_emitter_samples(emitter_samples).short_look(of_set))
 }
 
 /// Paths of two edges.

@@ -203,7 +203,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
                 return;
             }
             // No other pixel can reach this point: an ordinary path.
-            let next = transport.advance(&mut path, &second, DEPTH, &mut &numbers, UNSEEN);
+            let next = transport.advance(&mut path, &second, (DEPTH, 1), &mut &numbers, UNSEEN);
             if let Some(shadow) = &next.shadow {
                 self.shadows.push(shadow, owner);
             }

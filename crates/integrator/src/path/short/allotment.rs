@@ -1,18 +1,23 @@
 //! How many short paths each pixel gets.
 
-use super::pilot::Seen;
+use super::pilot::{PathCosts, Seen};
 
 /// What a method's samples cost, in rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Costs {
     /// A sample of the method.
     pub all: f32,
+    /// Samples of the emitters that its own paths have.
+    pub own: u32,
     /// Whether the method has nothing to do in a pixel whose short paths have samples of their own.
     pub is_replaced: bool,
 }
 
-/// Most short paths of a sample in a pixel.
+/// Most short paths of a sample in a pixel, for each emitter sample of the method's own.
 const MOST: u32 = 64;
+
+/// Most of them however many those are.
+const MOST_OF_ANY: u32 = 1 << 12;
 
 /// The least that short paths must gain.
 const LEAST_GAIN: f64 = 1.1;
@@ -49,6 +54,9 @@ pub struct Allotment {
 /// the error in every pixel (Neyman 1934). So one number says all: the least `g` that a ray must
 /// take away. All powers of two are tried. Numbers that follow from one half of the pilot are
 /// judged by the other: a bright path that the half has not met counts as an error that they leave.
+///
+/// Where the method's own paths have several samples of the emitters, each is taken to have the
+/// error of as many short paths, so that no fewer of these replace it.
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
@@ -64,7 +72,7 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
             true => 0.0,
             false => mean(&|i| weight(i) * long_of(i)),
         };
-        (short, long.max(least_long * short))
+        (short / f64::from(costs.own), long.max(least_long * short))
     };
     let ((short, long), (relative, long_relative)) = (errors(&|_| 1.0), errors(&weight));
     let (all, all_relative) = (short + long, relative + long_relative);
@@ -80,12 +88,14 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
         shares.collect::<Vec<f64>>()
     });
-    let number =
-        |pixel: usize, variance: f64, gain: f64| samples_of(variance, gain * f64::from(seen[pixel].cost));
+    let number = |pixel: usize, variance: f64, gain: f64| {
+        samples_of(variance, gain * f64::from(seen[pixel].cost), costs.own)
+    };
     // By the numbers of one half, what the other half's variance becomes.
     let left = |half: usize, pixel: usize, samples: u32| {
-        f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(1))
+        f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(costs.own))
     };
+    let own_cost = f64::from(PathCosts::ONE.beside(costs.own).whole);
     let judge = |gain: f64| {
         let (mut error, mut rays, mut replaced) = (0.0, 0.0, 0.0);
         for (half, numbers) in halves.iter().enumerate() {
@@ -94,7 +104,7 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
                 let samples = number(pixel, variance, gain);
                 error += share[pixel] * left(half, pixel, samples);
                 rays += cost * f64::from(samples);
-                replaced += if samples > 0 { cost } else { 0.0 };
+                replaced += if samples > 0 { cost * own_cost } else { 0.0 };
             }
         }
         let of_pixel = |sum: f64| sum / (2.0 * pixels);
@@ -128,14 +138,15 @@ pub fn least_long(seen: &[Seen], are_all_short: bool) -> f64 {
     if has_long { UNSEEN } else { 0.0 }
 }
 
-/// The power of two of paths of which the last still take `gain` each, if there are two or more: 0
-/// where one path is enough.
-fn samples_of(variance: f64, gain: f64) -> u32 {
+/// The power of two of paths of which the last still take `gain` each, if there are more than the
+/// method's `own`: 0 where these are enough.
+fn samples_of(variance: f64, gain: f64, own: u32) -> u32 {
+    let most = MOST.saturating_mul(own).min(MOST_OF_ANY);
     let mut samples = 1;
-    while samples < MOST && variance >= gain * f64::from(2 * samples * samples) {
+    while samples < most && variance >= gain * f64::from(2 * samples * samples) {
         samples *= 2;
     }
-    if samples > 1 { samples } else { 0 }
+    if samples > own { samples } else { 0 }
 }
 
 /// Means of a pixel and its neighbours, which tell more of it than few samples of its own: an edge
@@ -163,6 +174,7 @@ mod tests {
     const SIZE: [usize; 2] = [32, 24];
     const COSTS: Costs = Costs {
         all: 8.0,
+        own: 1,
         is_replaced: false,
     };
 
@@ -238,6 +250,7 @@ mod tests {
         let costs = Costs {
             all: 1.0,
             is_replaced: true,
+            ..COSTS
         };
         let samples = allot(&half, SIZE, 1.0, costs).unwrap().samples;
         let own = samples.iter().filter(|&&samples| samples == 0).count();

@@ -7,7 +7,7 @@ mod pilot;
 mod tests;
 
 use super::ending::NoEnding;
-use super::guide::DirectionGuide;
+use super::guide::{DirectionGuide, NoGuide};
 use super::numbers::PathWords;
 use super::observer::NoObserver;
 use super::pixels::{Pixels, SHORT};
@@ -29,6 +29,9 @@ use pilot::{PathCosts, Seen};
 /// with the contributions `C_n` of paths of `n` edges and `k` camera rays of their own. This light
 /// varies most at the edges of what is lit brightly. Few pixels have such edges, and short paths
 /// are cheap; the light that comes over many edges is smooth there and dear.
+///
+/// A short path has one sample of the emitters, also beside paths with several: at edges of light
+/// camera rays are wanted, and elsewhere nothing is replaced.
 ///
 /// The numbers `k` depend on the scene and its camera alone: a pilot, no sample of which is in the
 /// image, measures variances and counts rays. So the estimate is unbiased whatever they are.
@@ -74,8 +77,14 @@ impl ShortPaths {
         long: LongPaths,
         samples: u32,
     ) -> Option<Self> {
-        let of_set = pilot::paths_of_set_in(transport, visible, samples.saturating_mul(long.paths))?;
-        let samples = ShortLook::new(transport, visible, of_set).allot(long)?.samples;
+        let tracer = ShortTracer {
+            transport,
+            visible,
+            samples_once: true,
+        };
+        let (own, all) = (transport.emitter_samples, samples.saturating_mul(long.paths));
+        let of_set = pilot::paths_of_set_in(&tracer, all, own)?;
+        let samples = ShortLook::new(&tracer, of_set).allot(long, own)?.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
         let settings = transport.scene.settings();
@@ -103,17 +112,14 @@ impl ShortPaths {
             seed: words.seed ^ APART,
             ..words
         };
-        let longest = transport.max_depth.min(SHORT);
+        let tracer = ShortTracer {
+            transport,
+            visible,
+            samples_once: true,
+        };
         let mut batch = Batch::default();
         let mut trace = |batch: &mut Batch| {
-            let found = paths_up_to(
-                longest,
-                transport,
-                visible,
-                words,
-                &batch.ids[..batch.count],
-                tally,
-            );
+            let found = tracer.up_to(SHORT, words, &batch.ids[..batch.count], tally);
             for place in 0..batch.count {
                 values[batch.owners[place]] += found[place] * batch.weights[place];
             }
@@ -166,12 +172,9 @@ pub(crate) struct ShortLook {
 
 impl ShortLook {
     /// Looks at the pixels of the scene's image with so many paths in each of the pilot's sets.
-    pub fn new<S: EmitterSampler>(
-        transport: &Transport<'_, S>,
-        visible: Option<&VisibleEmission>,
-        of_set: usize,
-    ) -> Self {
-        let (seen, costs) = pilot::look(transport, visible, of_set);
+    pub fn new<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -> Self {
+        let (seen, costs) = pilot::look(tracer, of_set);
+        let transport = tracer.transport;
         let settings = transport.scene.settings();
         Self {
             seen,
@@ -187,22 +190,29 @@ impl ShortLook {
         self.longest <= SHORT
     }
 
-    /// The samples that pixels get beside such longer paths; `None` where they gain too little.
-    fn allot(&self, long: LongPaths) -> Option<Allotment> {
+    /// The samples that pixels get beside such longer paths, which have `own` samples of the
+    /// emitters; `None` where they gain too little.
+    fn allot(&self, long: LongPaths, own: u32) -> Option<Allotment> {
         let costs = Costs {
-            all: self.costs.whole * long.paths as f32,
+            all: self.costs.beside(own).whole * long.paths as f32,
+            own,
             is_replaced: self.are_all(),
         };
         allot(&self.seen, self.size, long.variance, costs)
     }
 
-    /// What short paths do in an image of `samples` samples, or frames, in each pixel.
-    pub fn foreseen(&self, long: LongPaths, samples: u32) -> Foreseen {
-        let of_set = pilot::paths_of_set(samples.saturating_mul(long.paths), self.longest, self.costs);
-        let allotment = of_set.and_then(|_| self.allot(long));
-        let one = self.seen.iter().map(Seen::short_variance);
+    /// What short paths do in an image of `samples` samples, or frames, in each pixel, beside paths
+    /// with `own` samples of the emitters. `of_paths` is a look at those, in the same pixels.
+    pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
+        let all = samples.saturating_mul(long.paths);
+        let of_set = pilot::paths_of_set(all, self.longest, self.costs.beside(own));
+        let allotment = of_set.and_then(|_| self.allot(long, own));
+        let one = of_paths.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
-            let left = allotment.as_ref().map(|allotment| allotment.left[pixel] / 3.0);
+            let apart = allotment
+                .as_ref()
+                .filter(|allotment| allotment.samples[pixel] > 0);
+            let left = apart.map(|allotment| allotment.left[pixel] / 3.0);
             [one, left.unwrap_or(one)]
         });
         Foreseen {
@@ -260,18 +270,34 @@ impl Batch {
     }
 }
 
-/// What paths of at most `longest` edges find, but for directly visible emission that has rays of
-/// its own.
-fn paths_up_to<S: EmitterSampler, G: DirectionGuide>(
-    longest: u32,
-    transport: &Transport<'_, S, G>,
-    visible: Option<&VisibleEmission>,
-    words: PathWords,
-    ids: &[SampleId],
-    tally: Option<&RayTally>,
-) -> [Rgb; MAX_BATCH] {
-    let taken = visible.map_or(0, |visible| visible.taken(ids));
-    let pixels = Pixels::new(words, &NoObserver, &NoEnding, ids);
-    let pixels = pixels.without_visible(taken).counted_by(tally);
-    pixels.trace(transport, transport.scene.camera(), longest)
+/// What traces short paths.
+pub(crate) struct ShortTracer<'t, 'a, S, G = NoGuide> {
+    pub transport: &'t Transport<'a, S, G>,
+    /// What sees emission directly in place of paths.
+    pub visible: Option<&'t VisibleEmission>,
+    /// Whether paths have one sample of the emitters, whatever the transport has.
+    pub samples_once: bool,
+}
+
+impl<S: EmitterSampler, G: DirectionGuide> ShortTracer<'_, '_, S, G> {
+    /// What paths of at most `longest` edges find, if the transport has such, but for directly
+    /// visible emission that has rays of its own.
+    fn up_to(
+        &self,
+        longest: u32,
+        words: PathWords,
+        ids: &[SampleId],
+        tally: Option<&RayTally>,
+    ) -> [Rgb; MAX_BATCH] {
+        let transport = self.transport;
+        let taken = self.visible.map_or(0, |visible| visible.taken(ids));
+        let pixels = Pixels::new(words, &NoObserver, &NoEnding, ids);
+        let pixels = pixels.without_visible(taken).counted_by(tally);
+        let pixels = pixels.with_one_emitter_sample(self.samples_once);
+        pixels.trace(
+            transport,
+            transport.scene.camera(),
+            longest.min(transport.max_depth),
+        )
+    }
 }

@@ -1,7 +1,7 @@
 //! Short paths apart against paths that find all light themselves.
 
 use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, paths_of_set};
-use super::{LongPaths, PixelTable, ShortLook, ShortPaths};
+use super::{LongPaths, PixelTable, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
 use crate::{LightChoosing, LightSelection, PathTracer};
@@ -257,8 +257,7 @@ fn costs_are_those_of_the_scene() {
         (settings.width, settings.height, settings.max_depth) = (64, 48, Some(longest));
         let scene = Scene::new(&description).unwrap();
         let tracer = PathTracer::new(&scene, scene.emitters_by_power());
-        let look = ShortLook::new(&tracer.transport, None, 2);
-        look.costs
+        tracer.short_look(2).costs
     };
     let ratio = |costs: PathCosts| costs.short / costs.whole;
     let [room, sky] = [of("cornell", 8), of("furnace", 8)].map(ratio);
