@@ -37,7 +37,7 @@ const LOSES: [f64; 2] = [1.3, 1.6];
 /// frames stratifies one sample of each better than a pilot shows. Cost times error of several
 /// beside one is 1.45 times what pilots show in `many-lights`, `many_lights_1000` and `oacmpctf3`,
 /// and 1.2 times in `candles`; in `warehouse` of two edges it is less.
-pub(super) const SEVERAL_SAMPLES: f64 = 1.25;
+pub(super) const SEVERAL_SAMPLES: f64 = 1.0;
 
 /// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
 const SHARING_RARE_IN_MEDIA: f64 = 1.0;

@@ -1,6 +1,7 @@
 //! How many short paths each pixel gets.
 
 use super::pilot::{PathCosts, Seen};
+use std::ops::AddAssign;
 
 /// What a method's samples cost, in rays.
 #[derive(Clone, Copy, Debug)]
@@ -55,8 +56,9 @@ pub struct Allotment {
 /// take away. All powers of two are tried. Numbers that follow from one half of the pilot are
 /// judged by the other: a bright path that the half has not met counts as an error that they leave.
 ///
-/// Where the method's own paths have several samples of the emitters, each is taken to have the
-/// error of as many short paths, so that no fewer of these replace it.
+/// A path of the method's own that has several samples of the emitters has the error of as many
+/// short paths as [`Seen::own`] says: about one at edges, and more where emitters are hard to
+/// choose.
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
@@ -66,13 +68,15 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
     let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
     let least_long = least_long(seen, costs.is_replaced);
+    let own_of = |i: usize| f64::from(seen[i].own);
     let errors = |weight: &dyn Fn(usize) -> f64| {
         let short = mean(&|i| weight(i) * short_of(i));
+        let own = mean(&|i| weight(i) * short_of(i) / own_of(i));
         let long = match costs.is_replaced {
             true => 0.0,
             false => mean(&|i| weight(i) * long_of(i)),
         };
-        (short / f64::from(costs.own), long.max(least_long * short))
+        (own, long.max(least_long * short))
     };
     let ((short, long), (relative, long_relative)) = (errors(&|_| 1.0), errors(&weight));
     let (all, all_relative) = (short + long, relative + long_relative);
@@ -89,11 +93,12 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         shares.collect::<Vec<f64>>()
     });
     let number = |pixel: usize, variance: f64, gain: f64| {
-        samples_of(variance, gain * f64::from(seen[pixel].cost), costs.own)
+        let most = MOST.saturating_mul(costs.own).min(MOST_OF_ANY);
+        samples_of(variance, gain * f64::from(seen[pixel].cost), (costs.own, most))
     };
     // By the numbers of one half, what the other half's variance becomes.
     let left = |half: usize, pixel: usize, samples: u32| {
-        f64::from(seen[pixel].short[1 - half]) / f64::from(samples.max(costs.own))
+        f64::from(seen[pixel].short[1 - half]) / f64::from(samples).max(own_of(pixel))
     };
     let own_cost = f64::from(PathCosts::ONE.beside(costs.own).whole);
     let judge = |gain: f64| {
@@ -138,10 +143,9 @@ pub fn least_long(seen: &[Seen], are_all_short: bool) -> f64 {
     if has_long { UNSEEN } else { 0.0 }
 }
 
-/// The power of two of paths of which the last still take `gain` each, if there are more than the
-/// method's `own`: 0 where these are enough.
-fn samples_of(variance: f64, gain: f64, own: u32) -> u32 {
-    let most = MOST.saturating_mul(own).min(MOST_OF_ANY);
+/// The power of two of paths of which the last still take `gain` each, `most` at most, if they do more
+/// than a path of the method's own: 0 where that is enough.
+fn samples_of(variance: f64, gain: f64, (own, most): (u32, u32)) -> u32 {
     let mut samples = 1;
     while samples < most && variance >= gain * f64::from(2 * samples * samples) {
         samples *= 2;
@@ -151,18 +155,28 @@ fn samples_of(variance: f64, gain: f64, own: u32) -> u32 {
 
 /// Means of a pixel and its neighbours, which tell more of it than few samples of its own: an edge
 /// passes through them as well.
-fn smooth(seen: &[Seen], [width, height]: [usize; 2], of: impl Fn(&Seen) -> f32) -> Vec<f64> {
+fn smooth(seen: &[Seen], size: [usize; 2], of: impl Fn(&Seen) -> f32) -> Vec<f64> {
+    let sums = near_sums(size, |pixel| [f64::from(of(&seen[pixel])), 1.0]);
+    sums.into_iter().map(|[sum, count]| sum / count).collect()
+}
+
+/// Sums over a pixel and its neighbours.
+pub fn near_sums<T: Copy + Default + AddAssign>(
+    [width, height]: [usize; 2],
+    of: impl Fn(usize) -> [T; 2],
+) -> Vec<[T; 2]> {
     let near = |place: usize, count: usize| place.saturating_sub(1)..(place + 2).min(count);
-    (0..seen.len())
+    (0..width * height)
         .map(|pixel| {
-            let (mut sum, mut count) = (0.0, 0.0);
+            let mut sums = [T::default(); 2];
             for y in near(pixel / width, height) {
                 for x in near(pixel % width, width) {
-                    sum += f64::from(of(&seen[y * width + x]));
-                    count += 1.0;
+                    let values = of(y * width + x);
+                    sums[0] += values[0];
+                    sums[1] += values[1];
                 }
             }
-            sum / count
+            sums
         })
         .collect()
 }
@@ -186,6 +200,7 @@ mod tests {
             long: 0.01,
             brightness: 1.0,
             cost: 1.0,
+            own: 1.0,
         });
         seen.collect()
     }
@@ -215,6 +230,40 @@ mod tests {
         let is_met = |x: usize, y: usize, half: usize| (x * 7 + y * 13 + half * 5).is_multiple_of(37);
         let seen = image(|x, y| [0, 1].map(|half| if is_met(x, y, half) { 100.0 } else { 0.01 }));
         assert_eq!(allot(&seen, SIZE, 1.0, COSTS), None);
+    }
+
+    /// Short paths take the place of paths with several samples of the emitters at edges, not where
+    /// these samples do as much.
+    /// Planted faults: what a path is worth left out; two short paths for four samples.
+    #[test]
+    fn several_emitter_samples_stay_where_they_help() {
+        let costs = Costs {
+            own: 4,
+            is_replaced: true,
+            ..COSTS
+        };
+        let many_lamps = |of_edge: f32| {
+            let variance = |x: usize| if x == 10 { of_edge } else { 4.0 };
+            let mut seen = image(|x, _| [variance(x); 2]);
+            for (pixel, seen) in seen.iter_mut().enumerate() {
+                seen.own = if pixel % SIZE[0] == 10 { 1.0 } else { 4.0 };
+            }
+            seen
+        };
+        let samples = allot(&many_lamps(400.0), SIZE, 1.0, costs).unwrap().samples;
+        for (pixel, &samples) in samples.iter().enumerate() {
+            match pixel % SIZE[0] {
+                10 => assert!(samples > 4, "{samples}"),
+                9 | 11 => (),
+                _ => assert_eq!(samples, 0),
+            }
+        }
+        // Where a path is worth as much as four short ones everywhere, they gain little.
+        let mut even = many_lamps(8.0);
+        even.iter_mut().for_each(|seen| seen.own = 4.0);
+        assert_eq!(allot(&even, SIZE, 1.0, costs), None);
+        even.iter_mut().for_each(|seen| seen.own = 1.0);
+        assert!(allot(&even, SIZE, 1.0, costs).is_some());
     }
 
     /// Where half of the image is a sky that costs next to nothing, the mean cost of a path says

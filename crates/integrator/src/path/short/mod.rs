@@ -15,7 +15,7 @@ use super::transport::Transport;
 use crate::emitter_sampler::EmitterSampler;
 use crate::pixel_table::PixelTable;
 use crate::visible_emission::VisibleEmission;
-use allotment::{Allotment, Costs, allot, least_long};
+use allotment::{Allotment, Costs, allot, least_long, near_sums};
 use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
@@ -84,7 +84,15 @@ impl ShortPaths {
         };
         let (own, all) = (transport.emitter_samples, samples.saturating_mul(long.paths));
         let of_set = pilot::paths_of_set_in(&tracer, all, own)?;
-        let samples = ShortLook::new(&tracer, of_set).allot(long, own)?.samples;
+        let mut look = ShortLook::new(&tracer, of_set);
+        if own > 1 {
+            let of_paths = ShortTracer {
+                samples_once: false,
+                ..tracer
+            };
+            look.compare(&of_paths, long)?;
+        }
+        let samples = look.allot(long, own)?.samples;
         let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
         let settings = transport.scene.settings();
@@ -160,6 +168,7 @@ impl ShortPaths {
 }
 
 /// What a pilot has seen of short paths.
+#[derive(Clone)]
 pub(crate) struct ShortLook {
     seen: Vec<Seen>,
     size: [usize; 2],
@@ -185,6 +194,47 @@ impl ShortLook {
         }
     }
 
+    /// Looks at paths with several samples of the emitters, too, where short paths may take their
+    /// place. `None` where they gain too little anywhere.
+    fn compare<S: EmitterSampler>(
+        &mut self,
+        of_paths: &ShortTracer<'_, '_, S>,
+        long: LongPaths,
+    ) -> Option<()> {
+        let own = of_paths.transport.emitter_samples;
+        self.seen
+            .iter_mut()
+            .for_each(|seen| seen.own = (own as f32).sqrt());
+        let samples = self.allot(long, own)?.samples;
+        let may_be = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
+        let places: Vec<usize> = may_be.map(|(place, _)| place).collect();
+        let [width, _] = self.size;
+        let pixel = |place: &usize| [place % width, place / width].map(|at| at as u32);
+        let pixels: Vec<[u32; 2]> = places.iter().map(pixel).collect();
+        let looked = pilot::look_at_pixels(of_paths, self.of_set, &pixels);
+        let mut variances = vec![None; self.seen.len()];
+        for (&place, seen) in places.iter().zip(&looked) {
+            variances[place] = Some(seen.short_variance());
+        }
+        self.be_worth(own, &variances);
+        Some(())
+    }
+
+    /// Tells pixels how many short paths one of the method's own is worth, by the variance of the
+    /// latter where it is known, and that of neighbours. Elsewhere it is worth as many as it has
+    /// samples of the emitters, `own`.
+    fn be_worth(&mut self, own: u32, variances: &[Option<f32>]) {
+        let [width, height] = self.size;
+        let sums = near_sums([width, height], |pixel| {
+            variances[pixel].map_or([0.0; 2], |of_path| [self.seen[pixel].short_variance(), of_path])
+        });
+        for (pixel, [short, of_path]) in sums.into_iter().enumerate() {
+            let is_known = variances[pixel].is_some() && short > 0.0;
+            let paths = if is_known { short / of_path } else { own as f32 };
+            self.seen[pixel].own = paths.clamp(1.0, own as f32);
+        }
+    }
+
     /// Whether there are no longer paths.
     fn are_all(&self) -> bool {
         self.longest <= SHORT
@@ -206,7 +256,12 @@ impl ShortLook {
     pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
         let all = samples.saturating_mul(long.paths);
         let of_set = pilot::paths_of_set(all, self.longest, self.costs.beside(own));
-        let allotment = of_set.and_then(|_| self.allot(long, own));
+        let mut look = self.clone();
+        if own > 1 {
+            let variances = of_paths.seen.iter().map(|seen| Some(seen.short_variance()));
+            look.be_worth(own, &variances.collect::<Vec<_>>());
+        }
+        let allotment = of_set.and_then(|_| look.allot(long, own));
         let one = of_paths.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             let apart = allotment

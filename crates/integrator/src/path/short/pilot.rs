@@ -9,7 +9,7 @@ use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::Rgb;
 
 /// What is known of a pixel. Variances are those of one path, summed over colours.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Variance of the light of short paths, stratified as in an image, found twice.
     pub short: [f32; 2],
@@ -19,6 +19,21 @@ pub struct Seen {
     pub brightness: f32,
     /// Rays of a short path, in the mean over this pixel and some beside it.
     pub cost: f32,
+    /// Short paths that have together the variance of one of the method's own, which may have
+    /// several samples of the emitters.
+    pub own: f32,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        Self {
+            short: [0.0; 2],
+            long: 0.0,
+            brightness: 0.0,
+            cost: 0.0,
+            own: 1.0,
+        }
+    }
 }
 
 impl Seen {
@@ -130,6 +145,19 @@ pub fn look<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -
     (seen, costs(&looked, tracer.transport.max_depth))
 }
 
+/// What is seen of short paths in some pixels, one after the other.
+pub fn look_at_pixels<S: EmitterSampler>(
+    tracer: &ShortTracer<'_, '_, S>,
+    of_set: usize,
+    pixels: &[[u32; 2]],
+) -> Vec<Seen> {
+    let some = pixels.chunks(MAX_BATCH);
+    let looked = parallel::map(some, |_, pixels| {
+        look_at_short(&trace_of(tracer), of_set, pixels).0
+    });
+    looked.into_iter().flatten().collect()
+}
+
 fn image_size<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>) -> [usize; 2] {
     let settings = tracer.transport.scene.settings();
     [settings.width, settings.height].map(|side| side as usize)
@@ -166,14 +194,20 @@ fn cost(rays: RayCounts, path: f64) -> f64 {
 /// What traces paths up to some edges, of a set, and counts their rays.
 type Trace<'t> = dyn Fn(u32, usize, &[SampleId], &RayTally) -> [Rgb; MAX_BATCH] + 't;
 
-fn look_at<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, block: &Block) -> Looked {
-    let trace = |longest: u32, set: usize, ids: &[SampleId], tally: &RayTally| {
+fn trace_of<S: EmitterSampler>(
+    tracer: &ShortTracer<'_, '_, S>,
+) -> impl Fn(u32, usize, &[SampleId], &RayTally) -> [Rgb; MAX_BATCH] {
+    |longest, set, ids, tally| {
         let words = PathWords {
             points: PointSet::Sobol,
             seed: SEED + set as u64,
         };
         tracer.up_to(longest, words, ids, Some(tally))
-    };
+    }
+}
+
+fn look_at<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, block: &Block) -> Looked {
+    let trace = trace_of(tracer);
     let pixels = block.pixels();
     let (seen, firsts) = look_at_short(&trace, of_set, &pixels);
     let looked = Looked {
@@ -213,7 +247,7 @@ fn look_at_short(trace: &Trace<'_>, of_set: usize, pixels: &[[u32; 2]]) -> (Vec<
                 short: [0, 2].map(|set| sound(variance(set))),
                 brightness: sound(means.iter().sum::<Rgb>().element_sum() / SETS as f32),
                 cost: cost as f32,
-                long: 0.0,
+                ..Seen::default()
             }
         }));
     }
