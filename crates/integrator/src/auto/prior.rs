@@ -33,12 +33,6 @@ const SOME: [f64; 2] = [0.15, 0.3];
 /// they cost much more than they take away, as among thousands of lamps.
 const LOSES: [f64; 2] = [1.3, 1.6];
 
-/// What the errors of several emitter samples at a point are multiplied with: an image of many
-/// frames stratifies one sample of each better than a pilot shows. Cost times error of several
-/// beside one is 1.45 times what pilots show in `many-lights`, `many_lights_1000` and `oacmpctf3`,
-/// and 1.2 times in `candles`; in `warehouse` of two edges it is less.
-pub(super) const SEVERAL_SAMPLES: f64 = 1.0;
-
 /// The same as [`SHARING_RARE`] in media, where nobody accounts for what sharing takes away.
 const SHARING_RARE_IN_MEDIA: f64 = 1.0;
 
@@ -74,7 +68,6 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
         "path-reuse" => 1.0 / sharing,
-        "path" if method.values().light_samples() > 1 => SEVERAL_SAMPLES,
         "volpath-reuse" => 1.0 / (1.0 + SHARING_RARE_IN_MEDIA * rare),
         _ => 1.0,
     };
@@ -150,7 +143,7 @@ mod tests {
     fn priors_are_for_what_pilots_miss() {
         assert_eq!([of("path", 1000, 0.5), of("path:bvh", 63, 0.5)], [1.0; 2]);
         assert_eq!([of("path:bvh", 64, 0.0), of("direct:bvh", 64, 0.9)], [0.5; 2]);
-        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.625);
+        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5);
         assert_eq!(
             [of("path-reuse", 64, 0.0), of("path-reuse:bvh", 64, 0.0)],
             [1.0, 0.5]

@@ -6,7 +6,7 @@ use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
-use super::prior::{Known, RESAMPLING, SEVERAL_SAMPLES, prior};
+use super::prior::{Known, RESAMPLING, prior};
 use super::short_gain::ShortGain;
 use super::short_looks::ShortLooks;
 use crate::path::reuse::SIDE;
@@ -253,7 +253,6 @@ impl Race<'_, '_> {
             frames: self.plan.frames(FrameCost::at_first_sight(&method))?,
             method,
             cost,
-            prior: SEVERAL_SAMPLES * one.prior,
             ..one.clone()
         };
         Some((one.clone(), several))
