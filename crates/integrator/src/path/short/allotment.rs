@@ -93,8 +93,9 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         shares.collect::<Vec<f64>>()
     });
     let number = |pixel: usize, variance: f64, gain: f64| {
-        let most = MOST.saturating_mul(costs.own).min(MOST_OF_ANY);
-        samples_of(variance, gain * f64::from(seen[pixel].cost), (costs.own, most))
+        let own = if seen[pixel].has_all { 1 } else { costs.own };
+        let most = MOST.saturating_mul(own).min(MOST_OF_ANY);
+        samples_of(variance, gain * f64::from(seen[pixel].cost), (own, most))
     };
     // By the numbers of one half, what the other half's variance becomes.
     let left = |half: usize, pixel: usize, samples: u32| {
@@ -109,7 +110,8 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
                 let samples = number(pixel, variance, gain);
                 error += share[pixel] * left(half, pixel, samples);
                 rays += cost * f64::from(samples);
-                replaced += if samples > 0 { cost * own_cost } else { 0.0 };
+                let own = if seen[pixel].has_all { 1.0 } else { own_cost };
+                replaced += if samples > 0 { cost * own } else { 0.0 };
             }
         }
         let of_pixel = |sum: f64| sum / (2.0 * pixels);
@@ -201,6 +203,7 @@ mod tests {
             brightness: 1.0,
             cost: 1.0,
             own: 1.0,
+            has_all: false,
         });
         seen.collect()
     }

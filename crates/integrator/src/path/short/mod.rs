@@ -30,15 +30,23 @@ use pilot::{PathCosts, Seen};
 /// varies most at the edges of what is lit brightly. Few pixels have such edges, and short paths
 /// are cheap; the light that comes over many edges is smooth there and dear.
 ///
-/// A short path has one sample of the emitters, also beside paths with several: at edges of light
-/// camera rays are wanted, and elsewhere nothing is replaced.
+/// Beside paths with several samples of the emitters a short path has as many, or one: at edges of
+/// light more camera rays are wanted, and elsewhere more emitters.
 ///
 /// The numbers `k` depend on the scene and its camera alone: a pilot, no sample of which is in the
 /// image, measures variances and counts rays. So the estimate is unbiased whatever they are.
 /// Directly visible emission that has rays of its own stays there.
 pub(crate) struct ShortPaths {
-    /// Samples for each of the method's; none where its paths find short paths' light themselves.
-    pixels: PixelTable<u16>,
+    /// Those of a sample of the method; none where its paths find short paths' light themselves.
+    pixels: PixelTable<Several>,
+}
+
+/// The short paths of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Several {
+    samples: u16,
+    /// Whether each has as many samples of the emitters as the method's own, and not one.
+    has_all: bool,
 }
 
 /// What a method does beside short paths, for each of its samples in a pixel.
@@ -93,8 +101,11 @@ impl ShortPaths {
             look.compare(&of_paths, long)?;
         }
         let samples = look.allot(long, own)?.samples;
-        let several = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
-        let several = several.map(|(pixel, samples)| (pixel as u32, *samples));
+        let several = samples.iter().zip(&look.seen).map(|(&samples, seen)| Several {
+            samples,
+            has_all: seen.has_all,
+        });
+        let several = (0u32..).zip(several).filter(|(_, several)| several.samples > 0);
         let settings = transport.scene.settings();
         let pixels = PixelTable::new([settings.width, settings.height], several);
         (!pixels.is_empty()).then_some(Self { pixels })
@@ -120,13 +131,13 @@ impl ShortPaths {
             seed: words.seed ^ APART,
             ..words
         };
-        let tracer = ShortTracer {
-            transport,
-            visible,
-            samples_once: true,
-        };
         let mut batch = Batch::default();
         let mut trace = |batch: &mut Batch| {
+            let tracer = ShortTracer {
+                transport,
+                visible,
+                samples_once: !batch.has_all,
+            };
             let found = tracer.up_to(SHORT, words, &batch.ids[..batch.count], tally);
             for place in 0..batch.count {
                 values[batch.owners[place]] += found[place] * batch.weights[place];
@@ -134,9 +145,13 @@ impl ShortPaths {
             batch.count = 0;
         };
         for (owner, id) in ids.iter().enumerate() {
-            let Some(&samples) = self.pixels.get(self.pixels.pixel(id)) else {
+            let Some(&Several { samples, has_all }) = self.pixels.get(self.pixels.pixel(id)) else {
                 continue;
             };
+            if batch.count > 0 && batch.has_all != has_all {
+                trace(&mut batch);
+            }
+            batch.has_all = has_all;
             let samples = u32::from(samples);
             for sample in 0..samples {
                 let index = id.index.wrapping_mul(samples).wrapping_add(sample);
@@ -202,36 +217,48 @@ impl ShortLook {
         long: LongPaths,
     ) -> Option<()> {
         let own = of_paths.transport.emitter_samples;
-        self.seen
-            .iter_mut()
-            .for_each(|seen| seen.own = (own as f32).sqrt());
-        let samples = self.allot(long, own)?.samples;
+        let mut first = self.clone();
+        for seen in &mut first.seen {
+            // Between no gain and all of it.
+            let expected = Seen {
+                short: seen.short.map(|short| short / (own as f32).sqrt()),
+                ..*seen
+            };
+            *seen = seen.with_all(&expected, own);
+        }
+        let samples = first.allot(long, own)?.samples;
         let may_be = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let places: Vec<usize> = may_be.map(|(place, _)| place).collect();
         let [width, _] = self.size;
         let pixel = |place: &usize| [place % width, place / width].map(|at| at as u32);
         let pixels: Vec<[u32; 2]> = places.iter().map(pixel).collect();
-        let looked = pilot::look_at_pixels(of_paths, self.of_set, &pixels);
-        let mut variances = vec![None; self.seen.len()];
-        for (&place, seen) in places.iter().zip(&looked) {
-            variances[place] = Some(seen.short_variance());
+        let mut looked = vec![None; self.seen.len()];
+        for (place, seen) in places
+            .into_iter()
+            .zip(pilot::look_at_pixels(of_paths, self.of_set, &pixels))
+        {
+            looked[place] = Some(seen);
         }
-        self.be_worth(own, &variances);
+        self.choose_kinds(own, &looked);
         Some(())
     }
 
-    /// Tells pixels how many short paths one of the method's own is worth, by the variance of the
-    /// latter where it is known, and that of neighbours. Elsewhere it is worth as many as it has
-    /// samples of the emitters, `own`.
-    fn be_worth(&mut self, own: u32, variances: &[Option<f32>]) {
-        let [width, height] = self.size;
-        let sums = near_sums([width, height], |pixel| {
-            variances[pixel].map_or([0.0; 2], |of_path| [self.seen[pixel].short_variance(), of_path])
+    /// Chooses what short paths take the place of a path with `own` samples of the emitters: those
+    /// with one, or with as many, whichever have the lesser product of cost and variance in a pixel
+    /// and its neighbours. `of_paths` has seen the latter. Where it has not, a path is taken to be
+    /// worth as many short ones as it has samples.
+    fn choose_kinds(&mut self, own: u32, of_paths: &[Option<Seen>]) {
+        let sums = near_sums(self.size, |pixel| {
+            let variances = |of_path: Seen| [&self.seen[pixel], &of_path].map(Seen::short_variance);
+            of_paths[pixel].map_or([0.0; 2], variances)
         });
-        for (pixel, [short, of_path]) in sums.into_iter().enumerate() {
-            let is_known = variances[pixel].is_some() && short > 0.0;
-            let paths = if is_known { short / of_path } else { own as f32 };
-            self.seen[pixel].own = paths.clamp(1.0, own as f32);
+        let cost = PathCosts::ONE.beside(own).whole;
+        for ((seen, of_path), [short, all]) in self.seen.iter_mut().zip(of_paths).zip(sums) {
+            match of_path {
+                Some(of_path) if all * cost < short => *seen = seen.with_all(of_path, own),
+                Some(_) if short > 0.0 => seen.own = (short / all).clamp(1.0, own as f32),
+                _ => seen.own = own as f32,
+            }
         }
     }
 
@@ -258,8 +285,8 @@ impl ShortLook {
         let of_set = pilot::paths_of_set(all, self.longest, self.costs.beside(own));
         let mut look = self.clone();
         if own > 1 {
-            let variances = of_paths.seen.iter().map(|seen| Some(seen.short_variance()));
-            look.be_worth(own, &variances.collect::<Vec<_>>());
+            let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
+            look.choose_kinds(own, &of_paths);
         }
         let allotment = of_set.and_then(|_| look.allot(long, own));
         let one = of_paths.seen.iter().map(Seen::short_variance);
@@ -303,6 +330,8 @@ struct Batch {
     owners: [usize; MAX_BATCH],
     weights: [f32; MAX_BATCH],
     count: usize,
+    /// Whether all have as many samples of the emitters as the method's own paths, or all one.
+    has_all: bool,
 }
 
 impl Default for Batch {
@@ -312,6 +341,7 @@ impl Default for Batch {
             owners: [0; MAX_BATCH],
             weights: [0.0; MAX_BATCH],
             count: 0,
+            has_all: false,
         }
     }
 }

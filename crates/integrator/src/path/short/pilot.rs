@@ -22,6 +22,8 @@ pub struct Seen {
     /// Short paths that have together the variance of one of the method's own, which may have
     /// several samples of the emitters.
     pub own: f32,
+    /// Whether short paths have as many samples of the emitters as the method's own, and not one.
+    pub has_all: bool,
 }
 
 impl Default for Seen {
@@ -32,11 +34,23 @@ impl Default for Seen {
             brightness: 0.0,
             cost: 0.0,
             own: 1.0,
+            has_all: false,
         }
     }
 }
 
 impl Seen {
+    /// The same with short paths that have `own` samples of the emitters, as `of_path` shows them.
+    pub fn with_all(&self, of_path: &Self, own: u32) -> Self {
+        Self {
+            short: of_path.short,
+            cost: PathCosts::ONE.beside(own).whole * self.cost,
+            own: 1.0,
+            has_all: true,
+            ..*self
+        }
+    }
+
     /// Variance of the light of a short path, in the mean over colours.
     pub fn short_variance(&self) -> f32 {
         (self.short[0] + self.short[1]) / 6.0

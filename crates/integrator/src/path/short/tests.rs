@@ -1,7 +1,7 @@
 //! Short paths apart against paths that find all light themselves.
 
 use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, paths_of_set};
-use super::{LongPaths, PixelTable, ShortPaths};
+use super::{LongPaths, PixelTable, Several, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
 use crate::{LightChoosing, LightSelection, PathTracer};
@@ -18,7 +18,11 @@ const PIXELS: usize = (WIDTH * HEIGHT) as usize;
 
 /// Two thirds of the pixels have short paths of their own, one to five a sample.
 fn some() -> Option<ShortPaths> {
-    let samples = |pixel: u32| (!pixel.is_multiple_of(3)).then_some((pixel, (pixel % 5 + 1) as u16));
+    let several = |pixel: u32| Several {
+        samples: (pixel % 5 + 1) as u16,
+        has_all: pixel % 7 > 3,
+    };
+    let samples = |pixel: u32| (!pixel.is_multiple_of(3)).then_some((pixel, several(pixel)));
     let pixels = PixelTable::new([WIDTH, HEIGHT], (0..PIXELS as u32).filter_map(samples));
     Some(ShortPaths { pixels })
 }
@@ -156,7 +160,8 @@ fn lanes_give_the_values_of_single_paths() {
             let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
             let mut expected = None;
             for lanes in LaneChoice::all() {
-                let mut tracer = PathTracer::new(&scene, &selection).with_points(PointSet::Sobol);
+                let tracer = PathTracer::new(&scene, &selection).with_emitter_samples(longest);
+                let mut tracer = tracer.with_points(PointSet::Sobol);
                 (tracer.transport.lanes, tracer.short) = (lanes, some());
                 let mut values = vec![Rgb::ZERO; PIXELS];
                 tracer.sample_many(&ids(3), 7, &mut values);
