@@ -237,7 +237,7 @@ mod tests {
 
     /// Short paths take the place of paths with several samples of the emitters at edges, not where
     /// these samples do as much.
-    /// Planted faults: what a path is worth left out; two short paths for four samples.
+    /// Planted fault: two short paths in place of four samples.
     #[test]
     fn several_emitter_samples_stay_where_they_help() {
         let costs = Costs {

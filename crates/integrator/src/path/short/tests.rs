@@ -1,7 +1,7 @@
 //! Short paths apart against paths that find all light themselves.
 
 use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, paths_of_set};
-use super::{LongPaths, PixelTable, Several, ShortPaths};
+use super::{LongPaths, PixelTable, SHORT, Several, ShortLook, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
 use crate::{LightChoosing, LightSelection, PathTracer};
@@ -274,4 +274,40 @@ fn costs_are_those_of_the_scene() {
     // A camera ray, one to an emitter and half of one that meets emitters, of paths that all hit.
     let costs = of("cornell", 2);
     assert!((1.2..2.01).contains(&costs.short), "{costs:?}");
+}
+
+/// Where paths with four samples of the emitters vary as those with one do, short paths have one;
+/// where they vary by a quarter of that, they have four, which cost less than four paths.
+/// Planted fault: costs left out.
+#[test]
+fn short_paths_are_of_the_cheaper_kind() {
+    let of = |variance: f32| Seen {
+        short: [variance; 2],
+        cost: 2.0,
+        ..Seen::default()
+    };
+    let all = [16.0, 8.0, 4.0].map(|all| Some(of(all))).map(|all| vec![all; 9]);
+    let chosen = all.map(|of_paths| {
+        let mut look = ShortLook {
+            seen: vec![of(16.0); 9],
+            size: [3, 3],
+            of_set: 2,
+            costs: PathCosts::ONE,
+            longest: SHORT,
+        };
+        look.choose_kinds(4, &of_paths);
+        look.seen[4]
+    });
+    let [same, half, quarter] = chosen;
+    assert_eq!(
+        [same.has_all, half.has_all, quarter.has_all],
+        [false, false, true]
+    );
+    assert_eq!([same.own, half.own, quarter.own], [1.0, 2.0, 1.0]);
+    assert_eq!(
+        [same.short[0], half.short[0], quarter.short[0]],
+        [16.0, 16.0, 4.0]
+    );
+    assert_eq!([same.cost, half.cost], [2.0; 2]);
+    assert!((4.0..7.0).contains(&quarter.cost), "{quarter:?}");
 }
