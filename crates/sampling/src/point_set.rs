@@ -20,9 +20,9 @@ pub enum PointSet {
     Independent,
     /// Owen-scrambled Sobol points ([`SobolSampler`]): four numbers of a block are stratified
     /// together over the samples, and pairs of the first 32 blocks as well. The variance of a mean
-    /// is rarely much higher, and lower the smoother the integrand is. Samples of one seed depend on
-    /// each other: an error estimated from their variance is too high. Numbers of different pixels
-    /// are independent.
+    /// is rarely much higher, and lower the smoother the integrand is. Samples of one seed depend
+    /// on each other: an error estimated from their variance is too high. Numbers of different
+    /// pixels are independent.
     Sobol,
     /// The same in each pixel, and stratified over neighbouring pixels together
     /// ([`BlueNoiseSampler`]): the errors of neighbours differ in sign, so that an image looks less

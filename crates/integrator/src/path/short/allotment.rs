@@ -145,8 +145,8 @@ pub fn least_long(seen: &[Seen], are_all_short: bool) -> f64 {
     if has_long { UNSEEN } else { 0.0 }
 }
 
-/// The power of two of paths of which the last still take `gain` each, `most` at most, if they do more
-/// than a path of the method's own: 0 where that is enough.
+/// The power of two of paths of which the last still take `gain` each, if there are more than
+/// `own` and no more than `most`; 0 where `own` are enough.
 fn samples_of(variance: f64, gain: f64, (own, most): (u32, u32)) -> u32 {
     let mut samples = 1;
     while samples < most && variance >= gain * f64::from(2 * samples * samples) {
