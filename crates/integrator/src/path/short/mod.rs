@@ -291,9 +291,9 @@ impl ShortLook {
         let allotment = of_set.and_then(|_| look.allot(long, own));
         let one = of_paths.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
-            let apart = allotment
-                .as_ref()
-                .filter(|allotment| allotment.samples[pixel] > 0);
+            // Paths with several samples of the emitters have been looked at themselves.
+            let is_judged = |allotment: &&Allotment| own == 1 || allotment.samples[pixel] > 0;
+            let apart = allotment.as_ref().filter(is_judged);
             let left = apart.map(|allotment| allotment.left[pixel] / 3.0);
             [one, left.unwrap_or(one)]
         });

@@ -1,6 +1,6 @@
 //! Short paths apart against paths that find all light themselves.
 
-use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, paths_of_set};
+use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, Seen, paths_of_set};
 use super::{LongPaths, PixelTable, SHORT, Several, ShortLook, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
