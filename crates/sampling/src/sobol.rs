@@ -16,7 +16,8 @@
 //! - More dimensions: each further group of four uses the same points with other scrambles, in
 //!   another order. The orders of the first 32 groups are linear maps of the index over GF(2),
 //!   chosen so that pairs of groups are stratified as well. Later groups are padding (Burley 2020,
-//!   §5): in an order shuffled by scrambling the sample's index, independent of each other.
+//!   §5): in an order shuffled by scrambling the sample's index, independent of each other. Groups
+//!   from 2²⁹ on are copies of the first 32: in the order of one of these, with other scrambles.
 //!
 //! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
 //! arithmetic, which WGSL has.

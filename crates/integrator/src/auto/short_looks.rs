@@ -39,7 +39,7 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
             return Ok(None);
         };
         let own = method.values().light_samples();
-        // Several short paths have one emitter sample each.
+        // Several short paths have one emitter sample each, or as many as the method's own.
         let [of_paths, of_one] = [self.look(method, own)?, self.look(method, 1)?];
         let has_several = method.values().several_short_paths();
         let shared = f64::from(method.shared_frames());

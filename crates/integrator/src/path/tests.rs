@@ -226,6 +226,18 @@ fn a_path_does_not_depend_on_its_batch() {
     }
 }
 
+/// The mean of `N` samples of a pixel, of green.
+fn mean_of_pixel<const N: usize>(tracer: &impl PixelEstimator, [x, y]: [u32; 2], seed: u64) -> f64 {
+    let ids: [SampleId; N] = std::array::from_fn(|i| SampleId {
+        x,
+        y,
+        index: i as u32,
+    });
+    let mut values = [Rgb::ZERO; N];
+    tracer.sample_many(&ids, seed, &mut values);
+    f64::from(values.iter().map(|value| value.y).sum::<f32>()) / N as f64
+}
+
 /// Means of 64 samples by Sobol points have the expectation of independent samples and a third
 /// of their variance at most. Means of 100 seeds differ by more than 4.5 standard errors in one
 /// of 10⁵ tests; a ratio of variances that is 1 in truth falls below 1/3 in none of 10⁷.
@@ -239,16 +251,7 @@ fn sobol_points_estimate_the_same_with_less_variance() {
         let tracer = PathTracer::new(&scene, scene.emitters_by_power())
             .with_depths(Some(3), 3)
             .with_points(points);
-        let means = (0..100u64).map(|seed| {
-            let ids: [SampleId; 64] = std::array::from_fn(|i| SampleId {
-                x: 5,
-                y: 12,
-                index: i as u32,
-            });
-            let mut values = [Rgb::ZERO; 64];
-            tracer.sample_many(&ids, seed, &mut values);
-            f64::from(values.iter().map(|value| value.y).sum::<f32>()) / 64.0
-        });
+        let means = (0..100).map(|seed| mean_of_pixel::<64>(&tracer, [5, 12], seed));
         let means: Vec<f64> = means.collect();
         let mean = means.iter().sum::<f64>() / 100.0;
         let squares = means.iter().map(|value| (value - mean) * (value - mean));
@@ -283,16 +286,7 @@ fn further_emitter_samples_never_cost_accuracy() {
         // Pixels of the floor, a wall and a box.
         let pixels = (0..200u32).map(|i| [8 + 5 * (i % 10), 20 + 2 * (i / 10)]);
         let variances = pixels.map(|[x, y]| {
-            let [one, other] = [1, 2].map(|seed| {
-                let ids: [SampleId; 256] = std::array::from_fn(|i| SampleId {
-                    x,
-                    y,
-                    index: i as u32,
-                });
-                let mut values = [Rgb::ZERO; 256];
-                tracer.sample_many(&ids, seed, &mut values);
-                f64::from(values.iter().map(|value| value.y).sum::<f32>()) / 256.0
-            });
+            let [one, other] = [1, 2].map(|seed| mean_of_pixel::<256>(&tracer, [x, y], seed));
             (one - other).powi(2) / 2.0
         });
         variances.sum::<f64>() / 200.0

@@ -283,12 +283,15 @@ impl ShortLook {
     pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
         let all = samples.saturating_mul(long.paths);
         let of_set = pilot::paths_of_set(all, self.longest, self.costs.beside(own));
-        let mut look = self.clone();
-        if own > 1 {
-            let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
-            look.choose_kinds(own, &of_paths);
-        }
-        let allotment = of_set.and_then(|_| look.allot(long, own));
+        let allotment = of_set.and_then(|_| match own {
+            1 => self.allot(long, own),
+            _ => {
+                let mut look = self.clone();
+                let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
+                look.choose_kinds(own, &of_paths);
+                look.allot(long, own)
+            }
+        });
         let one = of_paths.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             // Paths with several samples of the emitters have been looked at themselves.
