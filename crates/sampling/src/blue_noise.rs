@@ -31,7 +31,7 @@ use lightshed_lanes::{LaneWords, Lanes};
 
 use crate::linked::{is_linked, ordered_point, reorder_lanes, reversed_point, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_BLUE_NOISE, threefry4x32};
-use crate::scrambling::{permute_upwards, permute_upwards_lanes};
+use crate::scrambling::{permute_upwards, permute_upwards_lanes, scramble, scramble_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
@@ -114,7 +114,7 @@ impl Group {
         let mut point = [0; GROUP];
         for (dimension, word) in point.iter_mut().enumerate() {
             let shifted = own[dimension] ^ pascal(shifts[SHIFTED_BY[dimension]]);
-            *word = permute_upwards(shifted, self.scrambles[dimension]).reverse_bits();
+            *word = scramble(shifted, self.scrambles[dimension]).reverse_bits();
         }
         point
     }
@@ -235,8 +235,8 @@ impl BlueNoiseSampler {
         let mut point = own;
         for dimension in 0..GROUP {
             let shifted = own[dimension] ^ pascal_lanes(shifts[SHIFTED_BY[dimension]]);
-            let scramble = L::Words::splat(group.scrambles[dimension]);
-            point[dimension] = permute_upwards_lanes(shifted, scramble).reverse_bits();
+            let seed = L::Words::splat(group.scrambles[dimension]);
+            point[dimension] = scramble_lanes(shifted, seed).reverse_bits();
         }
         point
     }
@@ -295,7 +295,7 @@ mod tests {
             Some(Fault::NotPascal) => {
                 let own = group.own(sample);
                 core::array::from_fn(|d| {
-                    permute_upwards(own[d] ^ shifts[SHIFTED_BY[d]], group.scrambles[d]).reverse_bits()
+                    scramble(own[d] ^ shifts[SHIFTED_BY[d]], group.scrambles[d]).reverse_bits()
                 })
             }
             Some(Fault::OwnScrambles) => {

@@ -9,15 +9,18 @@
 //!   *Constructing Sobol Sequences With Better Two-Dimensional Projections*. Dimensions 0 and 1
 //!   form a (0, 2)-sequence; all four a (t, 4)-sequence with t ≤ 3 (Σ (degree − 1) of their
 //!   polynomials).
-//! - Scrambling: Owen's nested uniform scrambling by a hash in which a bit depends only on those
-//!   above it (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley
-//!   2020, *Practical Hash-Based Owen Scrambling*), with the hash of Vegdahl 2021, *Building a
-//!   Better LK Hash*.
+//! - Scrambling: `x ↦ q (x + p)` modulo 2³² of the reversed bits, with random `p` and odd `q`, so
+//!   that a bit depends only on those above it. Pairs of points are distributed as by Owen's nested
+//!   uniform scrambling, and means have its variance, which depends on pairs only (as of the linear
+//!   scramblings of Owen 2003, *Variance with Alternative Scramblings of Digital Nets*). Hashes of
+//!   the same kind (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley
+//!   2020, *Practical Hash-Based Owen Scrambling*) have four multiplications for one.
 //! - More dimensions: each further group of four uses the same points with other scrambles, in
 //!   another order. The orders of the first 32 groups are linear maps of the index over GF(2),
 //!   chosen so that pairs of groups are stratified as well. Later groups are padding (Burley 2020,
-//!   §5): in an order shuffled by scrambling the sample's index, independent of each other. Groups
-//!   from 2²⁹ on are copies of the first 32: in the order of one of these, with other scrambles.
+//!   §5): in an order shuffled by hashing the sample's index (Vegdahl 2021, *Building a Better LK
+//!   Hash*), independent of each other. Groups from 2²⁹ on are copies of the first 32: in the order
+//!   of one of these, with other scrambles.
 //!
 //! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
 //! arithmetic, which WGSL has.
@@ -29,7 +32,7 @@ use rand::TryRng;
 
 use crate::linked::{is_linked, ordered_point, reorder_lanes, reversed_point_lanes};
 use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
-use crate::scrambling::{mix, mix_lanes, permute_upwards, permute_upwards_lanes};
+use crate::scrambling::{mix, mix_lanes, scramble, scramble_lanes};
 use crate::sobol_directions::GROUP;
 use crate::uniform::f32_from_u32;
 
@@ -122,7 +125,7 @@ impl SobolSampler {
         let order = || mix(seeds[0] ^ seeds[1].rotate_left(16));
         let mut point = ordered_point(group, self.sample, order);
         for (coordinate, seed) in point.iter_mut().zip(seeds) {
-            *coordinate = permute_upwards(*coordinate, seed).reverse_bits();
+            *coordinate = scramble(*coordinate, seed).reverse_bits();
         }
         point
     }
@@ -233,10 +236,10 @@ fn scrambled_lanes<L: Lanes>(scrambles: [L::Words; GROUP], sample: L::Words, blo
     };
     let [a, b, c, d] = reversed_point_lanes(block, index);
     [
-        permute_upwards_lanes(a, p).reverse_bits(),
-        permute_upwards_lanes(b, q).reverse_bits(),
-        permute_upwards_lanes(c, r).reverse_bits(),
-        permute_upwards_lanes(d, s).reverse_bits(),
+        scramble_lanes(a, p).reverse_bits(),
+        scramble_lanes(b, q).reverse_bits(),
+        scramble_lanes(c, r).reverse_bits(),
+        scramble_lanes(d, s).reverse_bits(),
     ]
 }
 
@@ -296,15 +299,6 @@ mod tests {
             failure_persistence: None,
             ..Default::default()
         })]
-
-        /// The property that defines Owen's scrambling: words that agree in exactly the low `k`
-        /// bits map to words that agree in exactly the low `k` bits.
-        #[test]
-        fn permutation_is_nested(x: u32, y: u32, shared in 0u32..32, seed: u32) {
-            let y = x ^ (y << shared);
-            let images = permute_upwards(x, seed) ^ permute_upwards(y, seed);
-            prop_assert_eq!(images.trailing_zeros(), (x ^ y).trailing_zeros());
-        }
 
         /// In lanes, on arrays and on the lanes of this machine.
         #[test]

@@ -420,7 +420,7 @@ fn value_stability() {
     let words: [u32; 6] = core::array::from_fn(|d| SobolSampler::at(0x0123_4567_89ab_cdef, 7, 11, d as u32));
     // By a separate implementation in Python.
     let frozen = [
-        3283180514, 573873793, 3171773246, 3825636231, 831646738, 173929800,
+        3865844480, 1963583988, 3067091530, 2949829036, 700609184, 1829688588,
     ];
     assert_eq!(words, frozen);
 }
