@@ -54,8 +54,9 @@ const CHAIN_PIXELS: f64 = 512.0;
 const CHAIN_FRAMES: u32 = 24;
 const CHAIN_SHARE: f64 = 0.04;
 const LIKELY_SHARE: f64 = 0.08;
-/// Paths in each pixel of the other's images.
-const OTHER_SAMPLES: u32 = 8;
+/// Frames of a chain for each path in a pixel of the other's images: where these have few, they miss
+/// light that the chain finds, and seem to have less error than they do.
+const CHAIN_FRAMES_PER_PATH: u32 = 3;
 /// What one frame may cost, in what an image is worth.
 const DEAREST: f64 = 1.5;
 /// Pixels of a pilot's image: with fewer, what they show is chance; more say little new.
@@ -92,13 +93,14 @@ impl AutoTask {
         let [width, height] = self.size.map(f64::from);
         let work = width * height * f64::from(self.samples);
         let with = |pixels: f64, frames: u32| {
-            let paths = cost * f64::from(frames) + f64::from(OTHER_SAMPLES);
+            let samples = frames / CHAIN_FRAMES_PER_PATH;
+            let paths = cost * f64::from(frames) + f64::from(samples);
             let blocks = ImageBlocks::spread(self.size, pixels, SIDE)?;
             let [width, height] = blocks.size().map(f64::from);
             (2.0 * width * height * paths <= share * work).then_some(ChainPlan {
                 blocks,
                 frames,
-                samples: OTHER_SAMPLES,
+                samples,
             })
         };
         if !self.chains {

@@ -425,38 +425,43 @@ fn visible_emission_has_its_own_rays() {
 }
 
 /// Roulette by what paths find shortens paths and leaves most of what the guide gains: at the same
-/// depth of the other roulette, fewer rays and less variance times rays.
+/// depth of the other roulette, fewer rays, and in most of twelve chains less variance times rays;
+/// their median has 0.64 of it. Chains that end most paths have up to 1.4 of it.
 #[test]
 fn roulette_by_worth_saves_rays() {
     let mut description = builtin::by_name("door-gap").unwrap();
     (description.settings.width, description.settings.height) = (32, 32);
     let scene = Scene::new(&description).unwrap();
     let mut image = vec![Rgb::ZERO; 32 * 32];
-    let mut work = |worth_depth| {
+    let mut work = |worth_depth, seed| {
         let options = GuidedPathsOptions {
             worth_depth,
             ..options(GuideKind::Vmf)
         };
+        let mut method = guided(&scene, options);
         let (mut rays, mut variance) = (0, 0.0);
-        for seed in 1..4 {
-            let mut method = guided(&scene, options);
-            for frame in 0..64 {
-                let counts = method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
-                let counts = counts.unwrap();
-                if frame >= 16 {
-                    rays += counts.path + counts.emitter;
-                    variance += method.last_variance();
-                }
+        for frame in 0..64 {
+            let counts = method.render_frame(frame, seed, &mut image, &AtomicBool::new(false));
+            let counts = counts.unwrap();
+            if frame >= 16 {
+                rays += counts.path + counts.emitter;
+                variance += method.last_variance();
             }
-            println!("seed {seed}: {rays} rays, variance {variance} so far");
         }
         (rays as f64, variance)
     };
-    let [(all, least), (rays, variance)] = [u32::MAX, 2].map(&mut work);
-    println!("{all} rays with variance {least}, {rays} with {variance}");
+    let (mut all, mut fewer, mut products) = (0.0, 0.0, Vec::new());
+    for seed in 1..13 {
+        let [(rays, variance), (rays_by_worth, variance_by_worth)] =
+            [u32::MAX, 2].map(|worth_depth| work(worth_depth, seed));
+        println!("{rays} rays with variance {variance}, {rays_by_worth} with {variance_by_worth}");
+        (all, fewer) = (all + rays, fewer + rays_by_worth);
+        products.push(rays_by_worth * variance_by_worth / (rays * variance));
+    }
+    products.sort_by(f64::total_cmp);
     assert!(
-        rays < 0.75 * all && rays * variance < 0.75 * all * least,
-        "{all} {least} {rays} {variance}"
+        fewer < 0.75 * all && 0.5 * (products[5] + products[6]) < 0.75,
+        "{fewer} of {all} rays, {products:?}"
     );
 }
 
