@@ -6,12 +6,12 @@ use lightshed_lanes::LaneWords;
 /// Scrambles a coordinate of points: `x ↦ q (x + p)` modulo 2³², with `p` the seed and `q` the odd
 /// number of its upper half. Bit `b` of the result depends only on bits `0..=b` of `x`.
 ///
-/// Of two coordinates that agree in exactly the low `k` bits, the images are a uniform pair of those
-/// that agree in exactly the low `k` bits: the difference is `2ᵏ` times an odd number, and `q` times
-/// it is uniform among these (in the low 16 bits of the words); `p` makes the place uniform. So two
-/// points are distributed as by Owen's scrambling, in which each bit is flipped at random for each
-/// value of the bits below, and so is the variance of a mean over points: it depends on pairs only.
-/// One multiplication does what a hash does with four.
+/// Of two coordinates that agree in exactly the low `k` bits, the images are a uniform pair of
+/// those that agree in exactly the low `k` bits: the difference is `2ᵏ` times an odd number, and
+/// `q` times it is uniform among these (in the low 16 bits of the words); `p` makes the place
+/// uniform. So two points are distributed as by Owen's scrambling, in which each bit is flipped at
+/// random for each value of the bits below, and so is the variance of a mean over points: it
+/// depends on pairs only. One multiplication does what a hash does with four.
 #[inline(always)]
 pub(crate) fn scramble(x: u32, seed: u32) -> u32 {
     x.wrapping_add(seed).wrapping_mul(seed >> 16 | 1)

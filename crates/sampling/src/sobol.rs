@@ -13,8 +13,8 @@
 //!   that a bit depends only on those above it. Pairs of points are distributed as by Owen's nested
 //!   uniform scrambling, and means have its variance, which depends on pairs only (as of the linear
 //!   scramblings of Owen 2003, *Variance with Alternative Scramblings of Digital Nets*). Hashes of
-//!   the same kind (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley
-//!   2020, *Practical Hash-Based Owen Scrambling*) have four multiplications for one.
+//!   the same kind (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*;
+//!   Burley 2020, *Practical Hash-Based Owen Scrambling*) have four multiplications for one.
 //! - More dimensions: each further group of four uses the same points with other scrambles, in
 //!   another order. The orders of the first 32 groups are linear maps of the index over GF(2),
 //!   chosen so that pairs of groups are stratified as well. Later groups are padding (Burley 2020,

@@ -54,8 +54,8 @@ const CHAIN_PIXELS: f64 = 512.0;
 const CHAIN_FRAMES: u32 = 24;
 const CHAIN_SHARE: f64 = 0.04;
 const LIKELY_SHARE: f64 = 0.08;
-/// Frames of a chain for each path in a pixel of the other's images: where these have few, they miss
-/// light that the chain finds, and seem to have less error than they do.
+/// Frames of a chain for each path in a pixel of the other's images: where these have few, they
+/// miss light that the chain finds, and seem to have less error than they do.
 const CHAIN_FRAMES_PER_PATH: u32 = 3;
 /// What one frame may cost, in what an image is worth.
 const DEAREST: f64 = 1.5;
