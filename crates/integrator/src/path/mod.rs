@@ -27,7 +27,7 @@ mod vertex_rows;
 
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
-use crate::visible_emission::VisibleEmission;
+use crate::visible_emission::{EmittersOnFilm, VisibleEmission};
 use ending::{NoEnding, PathEnding};
 use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, RayKind, RayTally, SampleId};
@@ -173,11 +173,18 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
     /// if they may be visible everywhere, or through a lens. The longest path and the number of
     /// emitter samples must be set before.
     #[must_use]
-    pub fn with_visible_emission(mut self) -> Self {
-        let Transport { scene, max_depth, .. } = self.transport;
+    pub fn with_visible_emission(self) -> Self {
+        let scene = self.transport.scene;
+        let on_film = EmittersOnFilm::new(scene, scene.camera(), true);
+        self.with_emitters_on_film(on_film.as_ref())
+    }
+
+    /// The same by emitters whose places are known.
+    pub(crate) fn with_emitters_on_film(mut self, on_film: Option<&EmittersOnFilm>) -> Self {
         // Each further emitter sample has a ray, as an edge has.
-        let edges = max_depth.saturating_add(self.transport.emitter_samples - 1);
-        let visible = VisibleEmission::new(scene, scene.camera(), true, edges);
+        let further = self.transport.emitter_samples - 1;
+        let edges = self.transport.max_depth.saturating_add(further);
+        let visible = on_film.and_then(|on_film| on_film.rays_beside(edges));
         self.visible = visible.map(Arc::new);
         self
     }

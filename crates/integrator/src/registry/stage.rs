@@ -1,5 +1,6 @@
 //! A scene, and what methods of it share.
 
+use crate::visible_emission::EmittersOnFilm;
 use crate::{AnyEmitters, BuiltLights, CameraMotion, GuidedWorlds, LightChoosing, SceneWorld};
 use lightshed_film::{FrameMethod, PixelEstimator, SampledFrames};
 use lightshed_lights::LightError;
@@ -13,6 +14,8 @@ pub struct Stage<'a> {
     /// Of each pixel.
     samples: u32,
     lights: BuiltLights,
+    /// As the scene's camera sees them.
+    on_film: OnceLock<Option<EmittersOnFilm>>,
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
     /// Those with the environment sampled above its mean.
@@ -68,6 +71,7 @@ impl<'a> Stage<'a> {
             scene,
             samples: 1,
             lights: BuiltLights::default(),
+            on_film: OnceLock::new(),
             emitters: Default::default(),
             above_mean: Default::default(),
             worlds: Default::default(),
@@ -105,6 +109,13 @@ impl<'a> Stage<'a> {
     /// The scene.
     pub fn scene(&self) -> &'a Scene {
         self.scene
+    }
+
+    /// Where the scene's camera may see emitters; `None` where no rays of their own may be.
+    pub(crate) fn emitters_on_film(&self) -> Option<&EmittersOnFilm> {
+        let scene = self.scene;
+        let on_film = || EmittersOnFilm::new(scene, scene.camera(), true);
+        self.on_film.get_or_init(on_film).as_ref()
     }
 
     /// Emitters selected in this way, by power if none is named; a selection that learns has learnt

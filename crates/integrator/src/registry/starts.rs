@@ -100,7 +100,7 @@ fn plain_tracer<'b, S: EmitterSampler + 'b>(
         tracer = tracer.with_depths(Some(longest), roulette);
     }
     match values.visible_emission() {
-        true => tracer.with_visible_emission(),
+        true => tracer.with_emitters_on_film(stage.emitters_on_film()),
         false => tracer,
     }
 }
@@ -195,7 +195,7 @@ fn plain_path_reuse<'b, 'a>(
 ) -> Result<PathReuse<'b, &'b AnyEmitters<'a>>, String> {
     let reuse = PathReuse::new(stage.scene(), path_emitters(stage, values)?).with_points(values.points());
     Ok(match values.visible_emission() {
-        true => reuse.with_visible_emission(),
+        true => reuse.with_emitters_on_film(stage.emitters_on_film()),
         false => reuse,
     })
 }

@@ -9,8 +9,8 @@ mod region;
 
 use crate::camera_ray::PixelRay;
 use crate::pixel_table::PixelTable;
-use allotment::{RayBudget, allot, spreads};
-use film_cells::FilmCells;
+use allotment::{RayBudget, Spread, allot, spreads};
+use film_cells::{FilmCells, Marks};
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -70,6 +70,51 @@ impl VisibleFrames {
     }
 }
 
+/// Where the emitters of a scene may be on the film, and what a ray there varies: all of
+/// [`VisibleEmission`] that does not depend on the paths beside it.
+pub(crate) struct EmittersOnFilm {
+    size: [u32; 2],
+    marked: Vec<(u32, Marks, Region)>,
+    spreads: Vec<Spread>,
+}
+
+impl EmittersOnFilm {
+    /// As `camera` sees them, with or without probes. `None` if no surface emits, or for a camera
+    /// with a lens, through which an emitter is seen in places that depend on the lens.
+    pub fn new(scene: &Scene, camera: &Camera, by_probes: bool) -> Option<Self> {
+        if scene.emitters().area_count() == 0 || camera.has_lens() {
+            return None;
+        }
+        let cells = FilmCells::new(scene, camera);
+        let marked = cells
+            .marked()
+            .filter_map(|(pixel, marks)| Some((pixel, marks, Region::new(marks.mask)?)));
+        let marked: Vec<_> = marked.collect();
+        let spreads = spreads(scene, camera, (&cells, &marked), by_probes);
+        let settings = scene.settings();
+        Some(Self {
+            size: [settings.width, settings.height],
+            marked,
+            spreads,
+        })
+    }
+
+    /// Rays beside paths of up to `edges` edges, for which a sample has at most `edges / 4` rays on
+    /// average. `None` if rays would gain nothing.
+    pub fn rays_beside(&self, edges: u32) -> Option<VisibleEmission> {
+        let budget = RayBudget {
+            mean: RAYS_PER_EDGE * edges.min(MOST_EDGES) as f32,
+            most: MAX_RAYS,
+        };
+        let [width, height] = self.size.map(|side| side as usize);
+        let rays = allot(&self.spreads, width * height, budget);
+        let pixels = self.marked.iter().zip(rays).filter(|(_, rays)| *rays > 0);
+        let pixels = pixels.map(|(&(pixel, _, region), rays)| (pixel, (region, rays)));
+        let pixels = PixelTable::new(self.size, pixels);
+        (!pixels.is_empty()).then_some(VisibleEmission { pixels })
+    }
+}
+
 /// Most rays of a sample in a pixel.
 const MAX_RAYS: u32 = 64;
 
@@ -81,29 +126,9 @@ pub(crate) const MOST_EDGES: u32 = 8;
 
 impl VisibleEmission {
     /// For the emitters of a scene as `camera` sees them, with or without probes. `None` if no
-    /// surface emits or rays would gain nothing: beside paths of up to `edges` edges a sample has
-    /// at most `edges / 4` rays on average. None for a camera with a lens, through which an emitter
-    /// is seen in places that depend on the lens.
+    /// surface emits or rays would gain nothing, see [`EmittersOnFilm`].
     pub fn new(scene: &Scene, camera: &Camera, by_probes: bool, edges: u32) -> Option<Self> {
-        if scene.emitters().area_count() == 0 || camera.has_lens() {
-            return None;
-        }
-        let cells = FilmCells::new(scene, camera);
-        let budget = RayBudget {
-            mean: RAYS_PER_EDGE * edges.min(MOST_EDGES) as f32,
-            most: MAX_RAYS,
-        };
-        let marked = cells
-            .marked()
-            .filter_map(|(pixel, marks)| Some((pixel, marks, Region::new(marks.mask)?)));
-        let marked: Vec<_> = marked.collect();
-        let spreads = spreads(scene, camera, (&cells, &marked), by_probes);
-        let rays = allot(&spreads, cells.pixels(), budget);
-        let pixels = marked.into_iter().zip(rays).filter(|(_, rays)| *rays > 0);
-        let pixels = pixels.map(|((pixel, _, region), rays)| (pixel, (region, rays)));
-        let settings = scene.settings();
-        let pixels = PixelTable::new([settings.width, settings.height], pixels);
-        (!pixels.is_empty()).then_some(Self { pixels })
+        EmittersOnFilm::new(scene, camera, by_probes)?.rays_beside(edges)
     }
 
     /// Whether the emission of surfaces that the pixel of this index sees is estimated here.

@@ -12,7 +12,7 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use crate::path::short::{LongPaths, ShortPaths};
 use crate::path::transport::Transport;
-use crate::visible_emission::VisibleEmission;
+use crate::visible_emission::{EmittersOnFilm, VisibleEmission};
 use connections::{BATCHES, Sharing};
 use grow::Ground;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
@@ -152,9 +152,15 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
     /// With several camera rays a frame where emitting surfaces may be visible, as
     /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission).
     #[must_use]
-    pub fn with_visible_emission(mut self) -> Self {
+    pub fn with_visible_emission(self) -> Self {
         let scene = self.transport.scene;
-        self.visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
+        let on_film = EmittersOnFilm::new(scene, scene.camera(), true);
+        self.with_emitters_on_film(on_film.as_ref())
+    }
+
+    /// The same by emitters whose places are known.
+    pub(crate) fn with_emitters_on_film(mut self, on_film: Option<&EmittersOnFilm>) -> Self {
+        self.visible = on_film.and_then(|on_film| on_film.rays_beside(self.transport.max_depth));
         self
     }
 
