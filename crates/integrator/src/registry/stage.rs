@@ -113,9 +113,11 @@ impl<'a> Stage<'a> {
 
     /// Where the scene's camera may see emitters; `None` where no rays of their own may be.
     pub(crate) fn emitters_on_film(&self) -> Option<&EmittersOnFilm> {
-        let scene = self.scene;
-        let on_film = || EmittersOnFilm::new(scene, scene.camera(), true);
-        self.on_film.get_or_init(on_film).as_ref()
+        if let Some(on_film) = self.on_film.get() {
+            return on_film.as_ref();
+        }
+        let on_film = EmittersOnFilm::new(self.scene, self.scene.camera(), true);
+        self.on_film.get_or_init(|| on_film).as_ref()
     }
 
     /// Emitters selected in this way, by power if none is named; a selection that learns has learnt

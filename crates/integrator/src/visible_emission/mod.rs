@@ -10,7 +10,7 @@ mod region;
 use crate::camera_ray::PixelRay;
 use crate::pixel_table::PixelTable;
 use allotment::{RayBudget, Spread, allot, spreads};
-use film_cells::{FilmCells, Marks};
+use film_cells::FilmCells;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -74,7 +74,8 @@ impl VisibleFrames {
 /// [`VisibleEmission`] that does not depend on the paths beside it.
 pub(crate) struct EmittersOnFilm {
     size: [u32; 2],
-    marked: Vec<(u32, Marks, Region)>,
+    /// Pixels in which rays may gain, and their regions.
+    pixels: Vec<(u32, Region)>,
     spreads: Vec<Spread>,
 }
 
@@ -92,9 +93,14 @@ impl EmittersOnFilm {
         let marked: Vec<_> = marked.collect();
         let spreads = spreads(scene, camera, (&cells, &marked), by_probes);
         let settings = scene.settings();
+        let all = marked.into_iter().zip(spreads);
+        let useful = all.filter(|(_, spread)| spread.by_path > 0.0);
+        let (pixels, spreads) = useful
+            .map(|((pixel, _, region), spread)| ((pixel, region), spread))
+            .unzip();
         Some(Self {
             size: [settings.width, settings.height],
-            marked,
+            pixels,
             spreads,
         })
     }
@@ -108,8 +114,8 @@ impl EmittersOnFilm {
         };
         let [width, height] = self.size.map(|side| side as usize);
         let rays = allot(&self.spreads, width * height, budget);
-        let pixels = self.marked.iter().zip(rays).filter(|(_, rays)| *rays > 0);
-        let pixels = pixels.map(|(&(pixel, _, region), rays)| (pixel, (region, rays)));
+        let pixels = self.pixels.iter().zip(rays).filter(|(_, rays)| *rays > 0);
+        let pixels = pixels.map(|(&(pixel, region), rays)| (pixel, (region, rays)));
         let pixels = PixelTable::new(self.size, pixels);
         (!pixels.is_empty()).then_some(VisibleEmission { pixels })
     }
