@@ -1,10 +1,10 @@
-//! Owen's nested scrambling, on words with their bits reversed: of points, and by a hash of orders;
-//! and the hash of seeds.
+//! Owen's nested scrambling of words whose bits are reversed: one for points, a hash for orders.
+//! And a hash of seeds.
 
 use lightshed_lanes::LaneWords;
 
-/// Scrambles a coordinate of points: `x ↦ q (x + p)` modulo 2³², with `p` the seed and `q` the odd
-/// number of its upper half. Bit `b` of the result depends only on bits `0..=b` of `x`.
+/// Scrambles a coordinate of points: `x ↦ q (x + p)` modulo 2³². `p` is the seed, and `q` is its
+/// upper half made odd. Bit `b` of the result depends only on bits `0..=b` of `x`.
 ///
 /// Of two coordinates that agree in exactly the low `k` bits, the images are a uniform pair of
 /// those that agree in exactly the low `k` bits: the difference is `2ᵏ` times an odd number, and
@@ -29,8 +29,7 @@ pub(crate) fn scramble_lanes<W: LaneWords>(x: W, seed: W) -> W {
 #[inline(always)]
 pub(crate) fn permute_upwards(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
+    x = scramble(x, seed);
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^ x.wrapping_mul(0x53a2_2864)
 }
@@ -39,8 +38,7 @@ pub(crate) fn permute_upwards(mut x: u32, seed: u32) -> u32 {
 #[inline(always)]
 pub(crate) fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
     x = x ^ (x * W::splat(0x3d20_adea));
-    x = x + seed;
-    x = x * ((seed.shift_right::<16>() & W::splat(!1)) + W::splat(1));
+    x = scramble_lanes(x, seed);
     x = x ^ (x * W::splat(0x0552_6c56));
     x ^ (x * W::splat(0x53a2_2864))
 }

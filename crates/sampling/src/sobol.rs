@@ -9,8 +9,8 @@
 //!   *Constructing Sobol Sequences With Better Two-Dimensional Projections*. Dimensions 0 and 1
 //!   form a (0, 2)-sequence; all four a (t, 4)-sequence with t ≤ 3 (Σ (degree − 1) of their
 //!   polynomials).
-//! - Scrambling: `x ↦ q (x + p)` modulo 2³² of the reversed bits, with random `p` and odd `q`, so
-//!   that a bit depends only on those above it. Pairs of points are distributed as by Owen's nested
+//! - Scrambling: `x ↦ q (x + p)` modulo 2³² of the reversed bits, with random `p` and odd `q`.
+//!   A bit depends only on those above it. Pairs of points are distributed as by Owen's nested
 //!   uniform scrambling, and means have its variance, which depends on pairs only (as of the linear
 //!   scramblings of Owen 2003, *Variance with Alternative Scramblings of Digital Nets*). Hashes of
 //!   the same kind (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*;
@@ -19,8 +19,8 @@
 //!   another order. The orders of the first 32 groups are linear maps of the index over GF(2),
 //!   chosen so that pairs of groups are stratified as well. Later groups are padding (Burley 2020,
 //!   §5): in an order shuffled by hashing the sample's index (Vegdahl 2021, *Building a Better LK
-//!   Hash*), independent of each other. Groups from 2²⁹ on are copies of the first 32: in the order
-//!   of one of these, with other scrambles.
+//!   Hash*), independent of each other. Groups from 2²⁹ on are copies of the first 32: in the
+//!   order of one of these, with other scrambles.
 //!
 //! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
 //! arithmetic, which WGSL has.

@@ -14,7 +14,7 @@ pub struct Stage<'a> {
     /// Of each pixel.
     samples: u32,
     lights: BuiltLights,
-    /// As the scene's camera sees them.
+    /// Where the scene's camera may see emitters.
     on_film: OnceLock<Option<EmittersOnFilm>>,
     /// For each way to select; the last one is by power.
     emitters: [OnceLock<AnyEmitters<'a>>; LightChoosing::ALL.len() + 2],
@@ -111,7 +111,7 @@ impl<'a> Stage<'a> {
         self.scene
     }
 
-    /// Where the scene's camera may see emitters; `None` where no rays of their own may be.
+    /// Where the scene's camera may see emitters; `None` if they cannot have rays of their own.
     pub(crate) fn emitters_on_film(&self) -> Option<&EmittersOnFilm> {
         if let Some(on_film) = self.on_film.get() {
             return on_film.as_ref();
