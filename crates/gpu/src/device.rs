@@ -69,6 +69,12 @@ impl Gpu {
         )
     }
 
+    /// Whether it is the processor, on which programs are compiled for seconds.
+    #[cfg(test)]
+    pub(crate) fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of operations
     /// have the same bits as on the host. This is known of lavapipe (llvmpipe); nothing is claimed
     /// of other devices.

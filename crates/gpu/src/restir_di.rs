@@ -205,7 +205,7 @@ impl GpuMethod for GpuRestirDi<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
+    use crate::tests::support::{Chains, faulty, gpu, host_means, planted, under_the_sky};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::{PathTracer, WorldReuse};
     use lightshed_scene::{Scene, SceneDescription, builtin};
@@ -279,6 +279,8 @@ mod tests {
             ["* fraction;", "* 0.0;"],
             // History merges without being asked about my sample.
             ["density = there.p_hat * there.jacobian;", "density = 0.0;"],
+            // The tree's choices count as if they were made twice as often.
+            ["pdf_emitter = probability /", "pdf_emitter = 2.0 * probability /"],
         ];
         for (name, mut description) in scenes() {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
@@ -303,16 +305,13 @@ mod tests {
                     "{name}, tree {by_tree}"
                 );
             }
-            if name == "many-lights" {
-                // The tree's choices count as if they were made twice as often.
-                let fault = ["pdf_emitter = probability /", "pdf_emitter = 2.0 * probability /"];
-                assert!(is_noticed(true, fault), "{fault:?}");
-            }
-            if name != "cornell" {
-                continue;
-            }
-            for fault in faults {
-                assert!(is_noticed(false, fault), "{fault:?}");
+            let faults = match name {
+                "cornell" => &faults[..2],
+                "many-lights" => &faults[2..],
+                _ => &[],
+            };
+            for &fault in planted(gpu, faults) {
+                assert!(is_noticed(name == "many-lights", fault), "{fault:?}");
             }
         }
     }

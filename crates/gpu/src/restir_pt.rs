@@ -233,7 +233,7 @@ impl GpuMethod for GpuRestirPt<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
+    use crate::tests::support::{Chains, faulty, gpu, host_means, planted, under_the_sky};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::{PathTracer, WorldReuse};
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
@@ -358,7 +358,7 @@ mod tests {
         let sound_share = share(&sound);
         println!("{sound_share:.4} of the pixels are averages");
         assert!(sound_share > 0.98);
-        for fault in [
+        let faults = [
             // No cap.
             ["min(confidence, cap)", "min(confidence, 1000.0)"],
             // Confidence is lost.
@@ -368,10 +368,11 @@ mod tests {
                 "MergeInput(package_lightshed__1path_sample__1reservoir_confidence(held),",
                 "MergeInput(min(package_lightshed__1path_sample__1reservoir_confidence(held), 1.0),",
             ],
-        ] {
-            let planted = share(&faulty(&sound, fault));
-            println!("  {planted:.4}");
-            assert!(planted < 0.6, "{fault:?} is not noticed");
+        ];
+        for &fault in planted(gpu, &faults) {
+            let share = share(&faulty(&sound, fault));
+            println!("  {share:.4}");
+            assert!(share < 0.6, "{fault:?} is not noticed");
         }
     }
 
@@ -408,7 +409,7 @@ mod tests {
             if mapping == PathMapping::Hybrid {
                 continue;
             }
-            for fault in faults {
+            for &fault in planted(gpu, &faults) {
                 let program = faulty(RESTIR_PT, fault);
                 let mut planted = method(gpu, &on_device, options, &program);
                 assert!(

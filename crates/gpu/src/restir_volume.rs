@@ -158,7 +158,7 @@ impl GpuMethod for GpuRestirVolume<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::support::{Chains, faulty, gpu, host_means};
+    use crate::tests::support::{Chains, faulty, gpu, host_means, planted};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
@@ -229,7 +229,7 @@ mod tests {
             if name != "cloud" {
                 continue;
             }
-            for fault in faults {
+            for &fault in planted(gpu, &faults) {
                 let program = faulty(RESTIR_VOLUME, fault);
                 let mut planted = method(gpu, &on_device, options, &program);
                 assert!(chains.differ(&mut planted, 24, &truth), "{fault:?}");

@@ -2,7 +2,7 @@
 
 use super::{GpuRestirSuffix, check};
 use crate::programs::{RESTIR_PREFIX, RESTIR_SUFFIX};
-use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
+use crate::tests::support::{Chains, faulty, gpu, host_means, planted, under_the_sky};
 use crate::{Gpu, GpuError, GpuMethod, GpuScene};
 use lightshed_film::PixelEstimator;
 use lightshed_integrator::{PathMapping, PathTracer, RestirPtOptions, RestirSuffixOptions, WorldReuse};
@@ -150,7 +150,7 @@ fn images_have_the_expectation_of_paths() {
         };
         let mut sound = method(gpu, &on_device, options, [RESTIR_PREFIX, RESTIR_SUFFIX]);
         assert!(chains.agree("roulette", &mut sound, 24, &truth), "roulette");
-        for fault in faults {
+        for &fault in planted(gpu, &faults) {
             let program = faulty(RESTIR_SUFFIX, fault);
             let mut planted = method(gpu, &on_device, options, [RESTIR_PREFIX, &program]);
             assert!(
@@ -227,7 +227,7 @@ fn all_parts_add_up() {
             "seen_emission(seen)",
         ],
     ];
-    for (fault, (_, options)) in faults.into_iter().zip(rows) {
+    for (&fault, (_, options)) in planted(gpu, &faults).iter().zip(rows) {
         let program = faulty(RESTIR_SUFFIX, fault);
         let mut planted = method(gpu, &on_device, options, [RESTIR_PREFIX, &program]);
         assert!(
@@ -285,7 +285,7 @@ fn merging_prefixes_with_what_is_seen_again_is_averaging() {
     let sound_share = share(&sound);
     println!("{sound_share:.4} of the pixels are averages");
     assert!(sound_share > 0.98);
-    for fault in [
+    let faults = [
         ["min(confidence, cap)", "min(confidence, 1000.0)"],
         ["min(confidence, cap)", "0.5"],
         [
@@ -296,10 +296,11 @@ fn merging_prefixes_with_what_is_seen_again_is_averaging() {
             "MergeImage(package_reuse__1prefix_target(image.prefix),",
             "MergeImage(1.0,",
         ],
-    ] {
-        let planted = share(&faulty(&sound, fault));
-        println!("  {planted:.4}");
-        assert!(planted < 0.6, "{fault:?} is not noticed");
+    ];
+    for &fault in planted(gpu, &faults) {
+        let share = share(&faulty(&sound, fault));
+        println!("  {share:.4}");
+        assert!(share < 0.6, "{fault:?} is not noticed");
     }
 }
 

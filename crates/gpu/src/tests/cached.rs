@@ -1,7 +1,7 @@
 //! Paths that end in a cache on the device are the CPU's.
 
 use crate::programs::PATH;
-use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance};
+use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance, planted};
 use crate::{Gpu, GpuCachedPaths, GpuError, GpuMethod, GpuPathTracer, GpuScene, GpuStage};
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::caching::Termination;
@@ -133,11 +133,10 @@ fn paths_end_where_those_of_the_cpu_do() {
     }
     let scene = sized(builtin::cornell());
     let host = filled(&scene, options(&scene, 12, false));
-    for (rule, fault) in [
+    let faults = [
         // What the cache replaces counts twice, or is that of another place; the path goes on with
         // all of it; the look-up is moved by other numbers, or by half; variances are forgotten,
-        // and
-        // so is the bound of the first vertex.
+        // and so is the bound of the first vertex.
         (RELATIVE, ["(1.0 - decided.share) * throughput", "throughput"]),
         (fixed, ["row.a.xyz", "row.a.yzw"]),
         (RELATIVE, ["path.throughput * end.goes_on", "path.throughput"]),
@@ -157,7 +156,8 @@ fn paths_end_where_those_of_the_cpu_do() {
             ["budget.variance += at.variance", "budget.variance += 0.0"],
         ),
         (SPREAD, ["root += distance / sqrt(density)", "root += distance"]),
-    ] {
+    ];
+    for &(rule, fault) in planted(gpu, &faults) {
         let ending = CacheEnding {
             rule,
             ..host.ending()
@@ -290,7 +290,9 @@ fn ended_means_are_those_of_the_cpu() {
         assert!(agree(PATH), "{name}");
         if name == "cornell" {
             let fault = ["(1.0 - decided.share) * throughput", "throughput"];
-            assert!(!agree(&faulty(PATH, fault)), "{name}");
+            for &fault in planted(gpu, &[fault]) {
+                assert!(!agree(&faulty(PATH, fault)), "{name}");
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Guided paths on the device are the CPU's.
 
 use crate::programs::PATH;
-use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance};
+use crate::tests::support::{exact_gpu, faulty, gpu, host_means, mean_luminance, planted};
 use crate::{Gpu, GpuError, GpuGuidedPaths, GpuMethod, GpuPathTracer, GpuScene, GpuStage};
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::sampling::PointSet;
@@ -96,13 +96,14 @@ fn guided_paths_are_those_of_the_cpu() {
     }
     let scene = sized(builtin::cornell_glossy());
     let method = trained(&scene, options(64, 4), 3);
-    for fault in [
+    let faults = [
         ["pdf * (1.0 - guidance.share)", "pdf"],
         ["found.pdf * own + ", "found.pdf + "],
         ["(u_lobe - share) / own", "u_lobe"],
         ["sample.weight * (sample.pdf / pdf)", "sample.weight"],
         ["4.0 / (q * q * q)", "4.0"],
-    ] {
+    ];
+    for &fault in planted(gpu, &faults) {
         let program = faulty(PATH, fault);
         let [found, _] = different(gpu, &scene, method.field(), false, &program);
         assert!(found > 0.01, "{fault:?} is not noticed: {found}");
@@ -183,10 +184,11 @@ fn guided_means_are_those_of_plain_paths() {
         found.test_equal(&truth, 1e-4).is_ok()
     };
     assert!(agree(PATH));
-    for fault in [
+    let faults = [
         ["4.0 / (q * q * q)", "4.0"],
         ["found.pdf * own + guided.pdf * share", "guided.pdf * share"],
-    ] {
+    ];
+    for &fault in planted(gpu, &faults) {
         assert!(!agree(&faulty(PATH, fault)), "{fault:?}");
     }
 }

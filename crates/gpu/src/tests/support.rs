@@ -41,6 +41,18 @@ pub(crate) fn mean_luminance([width, height]: [u32; 2], value: impl Fn(u32, u32)
     pixels.sum::<f64>() / f64::from(width * height)
 }
 
+/// The faults that a test of images plants on this device. Each is a program of its own, which a
+/// software device compiles for seconds: there they are planted where `LIGHTSHED_FAULTS=1` asks for
+/// them.
+pub(crate) fn planted<'f, T>(gpu: &Gpu, faults: &'f [T]) -> &'f [T] {
+    let asked = std::env::var("LIGHTSHED_FAULTS").is_ok_and(|value| value == "1");
+    if asked || !gpu.is_software() {
+        return faults;
+    }
+    println!("no faults are planted on a software device without LIGHTSHED_FAULTS=1");
+    &[]
+}
+
 /// A program with a fault: what is right in its text, and what is planted.
 pub(crate) fn faulty(program: &str, [right, planted]: [&str; 2]) -> String {
     assert!(program.contains(right), "{right}");

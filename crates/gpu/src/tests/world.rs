@@ -2,7 +2,7 @@
 //! paths.
 
 use crate::programs::{RESTIR_DI, RESTIR_DI_WORLD};
-use crate::tests::support::{Chains, exact_gpu, faulty, gpu, host_means};
+use crate::tests::support::{Chains, exact_gpu, faulty, gpu, host_means, planted};
 use crate::{Gpu, GpuError, GpuMethod, GpuRestirDi, GpuScene, GpuStage};
 use glam::Vec3;
 use lightshed_film::{FrameMethod, PixelEstimator};
@@ -87,7 +87,9 @@ fn pixels_have_the_cells_of_the_host() {
     assert!(agree(RESTIR_DI_WORLD));
     // Cells of the side that is not seen.
     let fault = ["-seen.direction) >= 0.0", "-seen.direction) < 0.0"];
-    assert!(!agree(&faulty(RESTIR_DI_WORLD, fault)));
+    for &fault in planted(gpu, &[fault]) {
+        assert!(!agree(&faulty(RESTIR_DI_WORLD, fault)));
+    }
 }
 
 /// The same images for the same seed, though threads take visitors in any order.
@@ -164,7 +166,7 @@ fn images_have_the_expectation_of_direct_light() {
             assert!(chains.agree(name, &mut sound, 20, &truth), "{name}, both {both}");
         }
         if name == "cornell" {
-            for fault in faults {
+            for &fault in planted(gpu, &faults) {
                 let program = faulty(RESTIR_DI_WORLD, fault);
                 let mut planted = method(gpu, &on_device, false, &program);
                 assert!(chains.differ(&mut planted, 40, &truth), "{fault:?}");
@@ -229,11 +231,12 @@ fn frames_have_the_error_of_the_host() {
     let sound = of(RESTIR_DI_WORLD);
     println!("{sound}, the host's {of_host}");
     assert!((sound / of_host - 1.0).abs() < 0.15);
-    for fault in [
+    let faults = [
         // Nobody finds a cell; cells are not trusted.
         ["world_sited[visit.slot] = 1u", "world_sited[visit.slot] = 0u"],
         ["confidence = package_world", "confidence = 1e-3 * package_world"],
-    ] {
+    ];
+    for &fault in planted(gpu, &faults) {
         let useless = of(&faulty(RESTIR_DI_WORLD, fault));
         println!("  {useless}");
         assert!(useless > 1.2 * of_host, "{fault:?}");

@@ -3,7 +3,7 @@
 use crate::Gpu;
 use crate::light_cache::LightCacheMemory;
 use crate::tests::parity::harness::{COUNT, HOSTILE, Shader, Tier, compare, floats};
-use crate::tests::support::exact_gpu;
+use crate::tests::support::{exact_gpu, planted};
 use glam::Vec3;
 use lightshed_integrator::guiding::{
     FlatLightCache, LightCache, LightCacheOptions, LightRecord, LightTreeCache,
@@ -281,7 +281,7 @@ fn choices_of_light_caches() {
             "a share that is not learnt" => &[["(1.0 - head.share)", "1.0"]],
             _ => &[],
         };
-        for &fault in faults {
+        for &fault in planted(gpu, faults) {
             assert!(
                 agrees(gpu, name, &flat, &cache, Some(fault)).is_err(),
                 "{fault:?}"

@@ -2,7 +2,7 @@
 
 use super::{LENGTH, SIDE, most_differences, run, tolerance, zoo};
 use crate::GpuScene;
-use crate::tests::support::gpu;
+use crate::tests::support::{gpu, planted};
 use lightshed_integrator::{SceneVertex, SceneWorld};
 use lightshed_resampling::{ShiftMapping, Undefined};
 use lightshed_sampling::{CounterRng, PathSeed};
@@ -252,7 +252,7 @@ fn prefixes_are_those_of_the_library() {
         if number > 0 || !gpu.is_exact() {
             continue;
         }
-        for fault in faults {
+        for &fault in planted(gpu, &faults) {
             let wrong = differing(Some(fault)).len();
             println!("  {wrong} differ with {:?} planted", fault[1]);
             assert!(wrong > most_differences(gpu, PAIRS), "{fault:?} is not noticed");
