@@ -4,7 +4,7 @@ use crate::{Gpu, GpuMethod};
 use lightshed_scene::{EmitterDescription, Rgb, SceneDescription, builtin, luminance};
 use lightshed_testkit::{MeanTest, StatisticsError, found_or_skipped};
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The sky over the built-in cloud, an image with a sun in it, over another scene.
 pub(crate) fn under_the_sky(mut scene: SceneDescription) -> SceneDescription {
@@ -15,12 +15,43 @@ pub(crate) fn under_the_sky(mut scene: SceneDescription) -> SceneDescription {
     scene
 }
 
-/// The device of all tests, or `None` with a word about it where there is none; with
+/// Devices of all tests. A software device runs and compiles in one thread, so tests that run at the
+/// same time have different ones.
+static DEVICES: [OnceLock<Option<Gpu>>; 2] = [const { OnceLock::new() }; 2];
+
+/// Threads that use each device.
+static THREADS: Mutex<[usize; DEVICES.len()]> = Mutex::new([0; DEVICES.len()]);
+
+/// The place of a thread's device, which it gives back at its end.
+struct Place(usize);
+
+impl Place {
+    /// That of the least used device.
+    fn take() -> Self {
+        let mut threads = THREADS.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = (0..threads.len())
+            .min_by_key(|&place| threads[place])
+            .unwrap_or(0);
+        threads[place] += 1;
+        Self(place)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        THREADS.lock().unwrap_or_else(PoisonError::into_inner)[self.0] -= 1;
+    }
+}
+
+thread_local! {
+    static PLACE: Place = Place::take();
+}
+
+/// The device of this thread's test, or `None` with a word about it where there is none; with
 /// `LIGHTSHED_REQUIRE_GPU=1` there must be one.
 pub(crate) fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     let open = || found_or_skipped(Gpu::new(), "LIGHTSHED_REQUIRE_GPU");
-    let gpu = GPU.get_or_init(open).as_ref()?;
+    let gpu = PLACE.with(|place| DEVICES[place.0].get_or_init(open)).as_ref()?;
     println!("adapter: {}", gpu.description());
     Some(gpu)
 }
