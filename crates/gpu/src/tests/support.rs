@@ -15,8 +15,8 @@ pub(crate) fn under_the_sky(mut scene: SceneDescription) -> SceneDescription {
     scene
 }
 
-/// Devices of all tests. A software device runs and compiles in one thread, so tests that run at the
-/// same time have different ones.
+/// Devices of all tests. A software device runs and compiles in one thread, so tests that run at
+/// the same time have different ones.
 static DEVICES: [OnceLock<Option<Gpu>>; 2] = [const { OnceLock::new() }; 2];
 
 /// Threads that use each device.
