@@ -289,8 +289,8 @@ fn ended_means_are_those_of_the_cpu() {
         };
         assert!(agree(PATH), "{name}");
         if name == "cornell" {
-            let fault = ["(1.0 - decided.share) * throughput", "throughput"];
-            for &fault in planted(gpu, &[fault]) {
+            let faults = [["(1.0 - decided.share) * throughput", "throughput"]];
+            for &fault in planted(gpu, &faults) {
                 assert!(!agree(&faulty(PATH, fault)), "{name}");
             }
         }

@@ -86,8 +86,8 @@ fn pixels_have_the_cells_of_the_host() {
     };
     assert!(agree(RESTIR_DI_WORLD));
     // Cells of the side that is not seen.
-    let fault = ["-seen.direction) >= 0.0", "-seen.direction) < 0.0"];
-    for &fault in planted(gpu, &[fault]) {
+    let faults = [["-seen.direction) >= 0.0", "-seen.direction) < 0.0"]];
+    for &fault in planted(gpu, &faults) {
         assert!(!agree(&faulty(RESTIR_DI_WORLD, fault)));
     }
 }
