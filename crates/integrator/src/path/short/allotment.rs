@@ -1,6 +1,7 @@
 //! How many short paths each pixel gets.
 
 use super::pilot::{PathCosts, Seen};
+use super::rank::{GAINS, Part, Rank, Sums};
 use std::ops::AddAssign;
 
 /// What a method's samples cost, in rays.
@@ -62,7 +63,9 @@ pub struct Allotment {
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
-    let brightness = smooth(seen, [width, height], |seen| seen.brightness);
+    let brightness = smooth(seen, [width, height], |seen| {
+        seen.brightness + seen.long_brightness
+    });
     let darkest = DARKEST * mean(&|i| brightness[i]);
     let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
@@ -92,47 +95,61 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
         shares.collect::<Vec<f64>>()
     });
-    let number = |pixel: usize, variance: f64, gain: f64| {
-        let own = if seen[pixel].has_all { 1 } else { costs.own };
-        let most = MOST.saturating_mul(own).min(MOST_OF_ANY);
-        samples_of(variance, gain * f64::from(seen[pixel].cost), (own, most))
+    // Bounds on the numbers of a pixel.
+    let bounds = |has_all: bool| {
+        let own = if has_all { 1 } else { costs.own };
+        (own, MOST.saturating_mul(own).min(MOST_OF_ANY))
     };
-    // By the numbers of one half, what the other half's variance becomes.
-    let left = |half: usize, pixel: usize, samples: u32| {
-        f64::from(seen[pixel].short[1 - half]) / f64::from(samples).max(own_of(pixel))
-    };
+    let rank = |pixel: usize, variance: f64| Rank::of(variance, f64::from(seen[pixel].cost));
     let own_cost = f64::from(PathCosts::ONE.beside(costs.own).whole);
-    let judge = |gain: f64| {
-        let (mut error, mut rays, mut replaced) = (0.0, 0.0, 0.0);
-        for (half, numbers) in halves.iter().enumerate() {
-            for (pixel, &variance) in numbers.iter().enumerate() {
-                let cost = f64::from(seen[pixel].cost);
-                let samples = number(pixel, variance, gain);
-                error += share[pixel] * left(half, pixel, samples);
-                rays += cost * f64::from(samples);
-                let own = if seen[pixel].has_all { 1.0 } else { own_cost };
-                replaced += if samples > 0 { cost * own } else { 0.0 };
-            }
+    let mut sums = [false, true].map(|has_all| (has_all, Sums::default()));
+    for (half, numbers) in halves.iter().enumerate() {
+        for (pixel, &variance) in numbers.iter().enumerate() {
+            let of_pixel = &seen[pixel];
+            // By the numbers of one half, what the other half's variance becomes.
+            let short = share[pixel] * f64::from(of_pixel.short[1 - half]);
+            let cost = f64::from(of_pixel.cost);
+            let part = Part {
+                short,
+                own: short / own_of(pixel),
+                cost,
+                own_cost: if of_pixel.has_all { cost } else { own_cost * cost },
+            };
+            sums[usize::from(of_pixel.has_all)]
+                .1
+                .add(rank(pixel, variance), part);
         }
-        let of_pixel = |sum: f64| sum / (2.0 * pixels);
+    }
+    let judge = |gain: i32| {
+        let kinds = sums
+            .each_ref()
+            .map(|(has_all, sums)| sums.at(gain, bounds(*has_all)));
+        let of_pixel = |n: usize| (kinds[0][n] + kinds[1][n]) / (2.0 * pixels);
+        let [error, rays, replaced] = [0, 1, 2].map(of_pixel);
         let all = f64::from(costs.all);
         let saved = if costs.is_replaced { replaced } else { 0.0 };
-        let cost = (all + of_pixel(rays - saved)) / all;
+        let cost = (all + rays - saved) / all;
         match cost <= DEAREST {
-            true => ((rest + of_pixel(error)) * cost, cost),
+            true => ((rest + error) * cost, cost),
             false => (f64::INFINITY, cost),
         }
     };
-    let tried = (-24..24)
-        .map(|log| 2f64.powi(log))
-        .map(|gain| (judge(gain), gain));
+    let tried = GAINS.map(|gain| (judge(gain), gain));
     let ((least, cost), gain) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
-    let samples = (0..seen.len()).map(|i| number(i, (halves[0][i] + halves[1][i]) / 2.0, gain) as u16);
-    let left_by = |half: usize, i: usize| left(half, i, number(i, halves[half][i], gain));
-    (least * LEAST_GAIN < 1.0).then(|| Allotment {
+    if least * LEAST_GAIN >= 1.0 {
+        return None;
+    }
+    let number =
+        |pixel: usize, variance: f64| rank(pixel, variance).samples(gain, bounds(seen[pixel].has_all));
+    let samples = (0..seen.len()).map(|i| number(i, (halves[0][i] + halves[1][i]) / 2.0) as u16);
+    let left = |half: usize, pixel: usize| {
+        let samples = f64::from(number(pixel, halves[half][pixel]));
+        f64::from(seen[pixel].short[1 - half]) / samples.max(own_of(pixel))
+    };
+    Some(Allotment {
         samples: samples.collect(),
         left: (0..seen.len())
-            .map(|i| ((left_by(0, i) + left_by(1, i)) / 2.0) as f32)
+            .map(|i| ((left(0, i) + left(1, i)) / 2.0) as f32)
             .collect(),
         cost: cost as f32,
     })
@@ -143,16 +160,6 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
 pub fn least_long(seen: &[Seen], are_all_short: bool) -> f64 {
     let has_long = !are_all_short && seen.iter().any(|seen| seen.long > 0.0);
     if has_long { UNSEEN } else { 0.0 }
-}
-
-/// The power of two of paths of which the last still take `gain` each, if there are more than
-/// `own` and no more than `most`; 0 where `own` are enough.
-fn samples_of(variance: f64, gain: f64, (own, most): (u32, u32)) -> u32 {
-    let mut samples = 1;
-    while samples < most && variance >= gain * f64::from(2 * samples * samples) {
-        samples *= 2;
-    }
-    if samples > own { samples } else { 0 }
 }
 
 /// Means of a pixel and its neighbours, which tell more of it than few samples of its own: an edge
@@ -200,7 +207,8 @@ mod tests {
         let seen = places.map(|(x, y)| Seen {
             short: short(x, y),
             long: 0.01,
-            brightness: 1.0,
+            brightness: 0.75,
+            long_brightness: 0.25,
             cost: 1.0,
             own: 1.0,
             has_all: false,

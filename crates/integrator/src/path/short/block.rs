@@ -4,6 +4,9 @@
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 4;
 
+/// Most pixels of a block.
+pub const MOST_PIXELS: usize = (WIDTH * HEIGHT) as usize;
+
 /// A block of an image, or what the image's edge leaves of it.
 pub struct Block {
     corner: [u32; 2],
@@ -20,6 +23,15 @@ pub fn blocks(image: [usize; 2]) -> impl Iterator<Item = Block> {
         corner: [x, y],
         size: [(width - x).min(WIDTH), (height - y).min(HEIGHT)],
     })
+}
+
+/// One block of so many is one of few.
+pub const ONE_BLOCK_OF: usize = 16;
+
+/// One block of [`ONE_BLOCK_OF`], on a lattice: few are in one column or row.
+pub fn few_blocks(image: [usize; 2]) -> impl Iterator<Item = Block> {
+    let place = |block: &Block| block.corner[0] / WIDTH + 6 * (block.corner[1] / HEIGHT);
+    blocks(image).filter(move |block| place(block) as usize % ONE_BLOCK_OF == 0)
 }
 
 impl Block {
@@ -62,5 +74,32 @@ mod tests {
             }
             assert!(seen.iter().all(|&count| count == 1), "{seen:?}");
         }
+    }
+
+    /// Few blocks are a sixteenth of all, in all parts of the image.
+    /// Planted fault: every sixteenth block in their order, which are a column.
+    #[test]
+    fn few_blocks_are_everywhere() {
+        for [width, height] in [[128, 96], [256, 64], [96, 128], [131, 97]] {
+            let few: Vec<Block> = few_blocks([width, height]).collect();
+            let all = blocks([width, height]).count();
+            assert!(
+                few.len().abs_diff(all / ONE_BLOCK_OF) <= 3,
+                "{} of {all}",
+                few.len()
+            );
+            let mut quarters = [0; 4];
+            for block in &few {
+                let [right, low] = [
+                    block.corner[0] as usize >= width / 2,
+                    block.corner[1] as usize >= height / 2,
+                ];
+                quarters[usize::from(right) + 2 * usize::from(low)] += 1;
+            }
+            let least = few.len() / 8;
+            assert!(quarters.iter().all(|&count| count >= least), "{quarters:?}");
+        }
+        // The first block is one of them, in an image of any size.
+        assert_eq!(few_blocks([3, 2]).count(), 1);
     }
 }

@@ -3,6 +3,7 @@
 mod allotment;
 mod block;
 mod pilot;
+mod rank;
 #[cfg(test)]
 mod tests;
 
@@ -92,7 +93,10 @@ impl ShortPaths {
         };
         let (own, all) = (transport.emitter_samples, samples.saturating_mul(long.paths));
         let of_set = pilot::paths_of_set_in(&tracer, all, own)?;
-        let mut look = ShortLook::new(&tracer, of_set);
+        let mut look = ShortLook::first_half(&tracer, of_set);
+        // Numbers that would gain too little if the half that they follow from judged them.
+        look.as_if_compared(own).allot(long, own)?;
+        look.add_second_half(&tracer);
         if own > 1 {
             let of_paths = ShortTracer {
                 samples_once: false,
@@ -197,6 +201,17 @@ pub(crate) struct ShortLook {
 impl ShortLook {
     /// Looks at the pixels of the scene's image with so many paths in each of the pilot's sets.
     pub fn new<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -> Self {
+        let mut look = Self::first_half(tracer, of_set);
+        look.add_second_half(tracer);
+        look
+    }
+
+    fn add_second_half<S: EmitterSampler>(&mut self, tracer: &ShortTracer<'_, '_, S>) {
+        pilot::look_again(tracer, self.of_set, &mut self.seen);
+    }
+
+    /// Looks with half of the pilot's sets.
+    fn first_half<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -> Self {
         let (seen, costs) = pilot::look(tracer, of_set);
         let transport = tracer.transport;
         let settings = transport.scene.settings();
@@ -209,6 +224,22 @@ impl ShortLook {
         }
     }
 
+    /// With what a look at paths with `own` samples of the emitters may show: something between no
+    /// gain and all of it.
+    fn as_if_compared(&self, own: u32) -> Self {
+        let mut look = self.clone();
+        if own > 1 {
+            for seen in &mut look.seen {
+                let expected = Seen {
+                    short: seen.short.map(|short| short / (own as f32).sqrt()),
+                    ..*seen
+                };
+                *seen = seen.with_all(&expected, own);
+            }
+        }
+        look
+    }
+
     /// Looks at paths with several samples of the emitters, too, where short paths may take their
     /// place. `None` where they gain too little anywhere.
     fn compare<S: EmitterSampler>(
@@ -217,16 +248,7 @@ impl ShortLook {
         long: LongPaths,
     ) -> Option<()> {
         let own = of_paths.transport.emitter_samples;
-        let mut first = self.clone();
-        for seen in &mut first.seen {
-            // Between no gain and all of it.
-            let expected = Seen {
-                short: seen.short.map(|short| short / (own as f32).sqrt()),
-                ..*seen
-            };
-            *seen = seen.with_all(&expected, own);
-        }
-        let samples = first.allot(long, own)?.samples;
+        let samples = self.as_if_compared(own).allot(long, own)?.samples;
         let may_be = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
         let places: Vec<usize> = may_be.map(|(place, _)| place).collect();
         let [width, _] = self.size;
@@ -278,12 +300,17 @@ impl ShortLook {
         allot(&self.seen, self.size, long.variance, costs)
     }
 
-    /// What short paths do in an image of `samples` samples, or frames, in each pixel, beside paths
-    /// with `own` samples of the emitters. `of_paths` is a look at those, in the same pixels.
-    pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
-        let all = samples.saturating_mul(long.paths);
-        let of_set = pilot::paths_of_set(all, self.longest, self.costs.beside(own));
-        let allotment = of_set.and_then(|_| match own {
+    /// The samples that pixels get in an image of `samples` paths, and the part of its work that the
+    /// pilot costs. `None` where that is too much, or short paths gain too little.
+    fn of_image(
+        &self,
+        long: LongPaths,
+        samples: u32,
+        (own, of_paths): (u32, &Self),
+    ) -> Option<(Allotment, f32)> {
+        let costs = self.costs.beside(own);
+        let of_set = pilot::paths_of_set(samples, self.longest, costs)?;
+        let allotment = match own {
             1 => self.allot(long, own),
             _ => {
                 let mut look = self.clone();
@@ -291,18 +318,29 @@ impl ShortLook {
                 look.choose_kinds(own, &of_paths);
                 look.allot(long, own)
             }
-        });
+        }?;
+        let pilot = pilot::share(samples, self.longest, costs, of_set);
+        Some((allotment, pilot))
+    }
+
+    /// What short paths do in an image of `samples` samples, or frames, in each pixel, beside paths
+    /// with `own` samples of the emitters. `of_paths` is a look at those, in the same pixels.
+    pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
+        let of_image = self.of_image(long, samples.saturating_mul(long.paths), (own, of_paths));
+        let allotment = of_image.as_ref().map(|(allotment, _)| allotment);
         let one = of_paths.seen.iter().map(Seen::short_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             // Paths with several samples of the emitters have been looked at themselves.
             let is_judged = |allotment: &&Allotment| own == 1 || allotment.samples[pixel] > 0;
-            let apart = allotment.as_ref().filter(is_judged);
+            let apart = allotment.filter(is_judged);
             let left = apart.map(|allotment| allotment.left[pixel] / 3.0);
             [one, left.unwrap_or(one)]
         });
         Foreseen {
             variances: variances.collect(),
-            cost: allotment.as_ref().map_or(1.0, |allotment| allotment.cost),
+            cost: of_image
+                .as_ref()
+                .map_or(1.0, |(allotment, pilot)| allotment.cost + pilot),
             least_long: least_long(&self.seen, self.are_all()) as f32,
             are_all: self.are_all(),
             stratified: self.of_set as u32,
@@ -315,7 +353,8 @@ pub(crate) struct Foreseen {
     /// Variance of the light of short paths in each pixel, in the mean over colours: of one path,
     /// and with the samples that the pixel gets.
     pub variances: Vec<[f32; 2]>,
-    /// What a sample of the method costs with them, in parts of what it costs without.
+    /// What a sample of the method costs with them and with its part of the pilot, in parts of what
+    /// it costs without.
     pub cost: f32,
     /// The least variance of longer paths, in parts of that of short ones: rare bright paths are
     /// not seen.

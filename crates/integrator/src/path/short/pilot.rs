@@ -1,22 +1,27 @@
 //! What short and long paths vary by, pixel by pixel, and what they cost.
 
-use super::block::{Block, blocks};
+use super::block::{Block, MOST_PIXELS, ONE_BLOCK_OF, blocks, few_blocks};
 use super::{SHORT, ShortTracer};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use lightshed_film::{MAX_BATCH, RayCounts, RayTally, SampleId};
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::Rgb;
+use std::mem;
+use std::ops::Range;
 
 /// What is known of a pixel. Variances are those of one path, summed over colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Variance of the light of short paths, stratified as in an image, found twice.
+    /// Variance of the light of short paths, stratified as in an image, as each half of the pilot
+    /// has found it; twice the first one's before the second.
     pub short: [f32; 2],
     /// Variance of the light of all longer paths, in the mean over some pixels of its block.
     pub long: f32,
-    /// Mean radiance, the sum of the colours; that of longer paths in the same mean.
+    /// Mean radiance by short paths, the sum of the colours.
     pub brightness: f32,
+    /// That by longer paths, in the same mean as their variance.
+    pub long_brightness: f32,
     /// Rays of a short path, in the mean over this pixel and some beside it.
     pub cost: f32,
     /// Short paths that have together the variance of one of the method's own, which may have
@@ -32,6 +37,7 @@ impl Default for Seen {
             short: [0.0; 2],
             long: 0.0,
             brightness: 0.0,
+            long_brightness: 0.0,
             cost: 0.0,
             own: 1.0,
             has_all: false,
@@ -51,6 +57,16 @@ impl Seen {
         }
     }
 
+    /// What the first half has seen, with what the second one has.
+    fn with_second(&self, second: &Self) -> Self {
+        Self {
+            short: [self.short[0], second.short[0]],
+            brightness: (self.brightness + second.brightness) / 2.0,
+            cost: (self.cost + second.cost) / 2.0,
+            ..*self
+        }
+    }
+
     /// Variance of the light of a short path, in the mean over colours.
     pub fn short_variance(&self) -> f32 {
         (self.short[0] + self.short[1]) / 6.0
@@ -66,15 +82,21 @@ pub struct PathCosts {
     pub whole: f32,
 }
 
-/// Sets of short paths in a pixel, each stratified alone.
-pub const SETS: usize = 4;
+/// Sets of short paths in a pixel, each stratified alone: those of a half of the pilot, and all.
+const SETS_OF_HALF: usize = 2;
+pub const SETS: usize = 2 * SETS_OF_HALF;
 
-/// Sets of which the first path is followed to its end, in one pixel of so many.
-pub const FOLLOWED: usize = 2;
+/// Sets of which the first path is followed to its end, those of the first half, in one pixel of so
+/// many.
+pub const FOLLOWED: usize = SETS_OF_HALF;
 pub const FOLLOWED_PIXELS: usize = 4;
 
-/// Most paths of a set.
-const MOST_OF_SET: usize = 8;
+/// Blocks whose paths are followed together: such paths of a set fill a batch.
+const FOLLOWED_TOGETHER: usize = MAX_BATCH * FOLLOWED_PIXELS / MOST_PIXELS;
+
+/// Paths of a set: powers of two.
+const OF_SET: [usize; 3] = [LEAST_OF_SET, 4, 8];
+const LEAST_OF_SET: usize = 2;
 
 /// The seed of the first set; the next have the next. Seeds of images are rarely these.
 const SEED: u64 = 0x6c6f_6f6b_2e2e_2e00;
@@ -84,14 +106,13 @@ const SEED: u64 = 0x6c6f_6f6b_2e2e_2e00;
 const CAMERA_RAY: f64 = 0.5;
 const LAST_EDGE: f64 = 0.5;
 
-/// What a pilot may cost, in parts of the image's work.
+/// What a pilot may cost, in parts of the image's work: one of the fewest paths, and one of more.
+/// What few paths tell of edges is worth more than what further ones add.
+const LEAST_SHARE: f32 = 0.09;
 const SHARE: f32 = 0.06;
 
 /// About the least that a short path costs, in whole ones.
 const CHEAPEST: f32 = 0.25;
-
-/// One block of so many tells what paths cost.
-const ONE_BLOCK_OF: usize = 16;
 
 /// What a further sample of the emitters costs, in short paths: four cost 2.7 to 3.0 paths of two
 /// edges in four scenes, eight 4.5 to 5.3.
@@ -111,18 +132,30 @@ impl PathCosts {
     }
 }
 
-/// Paths of a set, a power of two, in a pilot for an image of `samples` samples by paths of at most
-/// `longest` edges: as many as its share is enough for. `None` where that is too small for two.
-pub fn paths_of_set(samples: u32, longest: u32, costs: PathCosts) -> Option<usize> {
+/// What a pilot with so many paths in each set costs, after a look at few blocks, in parts of the
+/// work of an image of `samples` samples by paths of at most `longest` edges.
+pub fn share(samples: u32, longest: u32, costs: PathCosts, of_set: usize) -> f32 {
     let followed = match longest {
-        0 => return None,
-        1..=SHORT => 0.0,
+        0..=SHORT => 0.0,
         _ => FOLLOWED as f32 / FOLLOWED_PIXELS as f32,
     };
-    let known = (followed * costs.whole + (2 * SETS) as f32 * costs.short) / ONE_BLOCK_OF as f32;
-    let left = SHARE * samples as f32 * costs.whole - followed * costs.whole - known;
-    let paths = (left / (costs.short * SETS as f32)) as usize;
-    (paths > 1).then(|| 1 << paths.min(MOST_OF_SET).ilog2())
+    let of_sets = |sets: usize, of_set: usize| followed * costs.whole + (sets * of_set) as f32 * costs.short;
+    let few = of_sets(SETS_OF_HALF, LEAST_OF_SET) / ONE_BLOCK_OF as f32;
+    (of_sets(SETS, of_set) + few) / (samples as f32 * costs.whole)
+}
+
+/// Paths of a set in a pilot for such an image, as many as its share is enough for. `None` where
+/// that is too small for the fewest.
+pub fn paths_of_set(samples: u32, longest: u32, costs: PathCosts) -> Option<usize> {
+    let fits = |&of_set: &usize| {
+        let most = if of_set == LEAST_OF_SET {
+            LEAST_SHARE
+        } else {
+            SHARE
+        };
+        share(samples, longest, costs, of_set) <= most
+    };
+    OF_SET.into_iter().rev().find(fits).filter(|_| longest > 0)
 }
 
 /// [`paths_of_set`] in a scene, whose paths' costs are found first, in few blocks. The image's have
@@ -133,23 +166,22 @@ pub fn paths_of_set_in<S: EmitterSampler>(
     own: u32,
 ) -> Option<usize> {
     let longest = tracer.transport.max_depth;
-    let short = if longest > SHORT { CHEAPEST } else { 1.0 };
     // Most images of few samples need not look at all.
     let least = PathCosts {
-        short,
+        short: if longest > SHORT { CHEAPEST } else { 1.0 },
         ..PathCosts::ONE
     };
     paths_of_set(samples, longest, least.beside(own))?;
-    let blocks = blocks(image_size(tracer)).step_by(ONE_BLOCK_OF);
-    let looked = parallel::map(blocks, |_, block| look_at(tracer, 2, &block));
+    let blocks = few_blocks(image_size(tracer));
+    let looked = look_at_all(tracer, LEAST_OF_SET, blocks);
     paths_of_set(samples, longest, costs(&looked, longest).beside(own))
 }
 
-/// What is seen in all pixels of the image, row by row, with so many paths in each set; and what
-/// paths cost.
+/// What the first half of a pilot sees in all pixels of the image, row by row, with so many paths in
+/// each set; and what paths cost.
 pub fn look<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -> (Vec<Seen>, PathCosts) {
     let size = image_size(tracer);
-    let looked = parallel::map(blocks(size), |_, block| look_at(tracer, of_set, &block));
+    let looked = look_at_all(tracer, of_set, blocks(size));
     let mut seen = vec![Seen::default(); size[0] * size[1]];
     for block in &looked {
         for (&[x, y], &of_pixel) in block.pixels.iter().zip(&block.seen) {
@@ -159,7 +191,23 @@ pub fn look<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -
     (seen, costs(&looked, tracer.transport.max_depth))
 }
 
-/// What is seen of short paths in some pixels, one after the other.
+/// Adds what the second half sees.
+pub fn look_again<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, seen: &mut [Seen]) {
+    let [width, height] = image_size(tracer);
+    let looked = parallel::map(blocks([width, height]), |_, block| {
+        let pixels = block.pixels();
+        let second = look_at_short(&trace_of(tracer), Half::Second, of_set, &pixels).0;
+        (pixels, second)
+    });
+    for (pixels, second) in &looked {
+        for ([x, y], second) in pixels.iter().zip(second) {
+            let of_pixel = &mut seen[*y as usize * width + *x as usize];
+            *of_pixel = of_pixel.with_second(second);
+        }
+    }
+}
+
+/// What both halves see of short paths in some pixels, one after the other.
 pub fn look_at_pixels<S: EmitterSampler>(
     tracer: &ShortTracer<'_, '_, S>,
     of_set: usize,
@@ -167,7 +215,10 @@ pub fn look_at_pixels<S: EmitterSampler>(
 ) -> Vec<Seen> {
     let some = pixels.chunks(MAX_BATCH);
     let looked = parallel::map(some, |_, pixels| {
-        look_at_short(&trace_of(tracer), of_set, pixels).0
+        let half = |half: Half| look_at_short(&trace_of(tracer), half, of_set, pixels).0;
+        let both = half(Half::First).into_iter().zip(half(Half::Second));
+        both.map(|(first, second)| first.with_second(&second))
+            .collect::<Vec<_>>()
     });
     looked.into_iter().flatten().collect()
 }
@@ -177,10 +228,21 @@ fn image_size<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>) -> [usize; 2] 
     [settings.width, settings.height].map(|side| side as usize)
 }
 
-/// What is seen in a block, pixel by pixel, and rays of the paths that were followed.
+/// A half of the pilot.
+#[derive(Clone, Copy)]
+enum Half {
+    First,
+    Second,
+}
+
+/// What the first half sees in blocks, one after the other and pixel by pixel.
+#[derive(Default)]
 struct Looked {
     pixels: Vec<[u32; 2]>,
     seen: Vec<Seen>,
+    /// Where the pixels of each block end.
+    ends: Vec<usize>,
+    /// Rays of the paths that were followed, and their number.
     followed: f64,
     paths_followed: usize,
 }
@@ -220,84 +282,112 @@ fn trace_of<S: EmitterSampler>(
     }
 }
 
-fn look_at<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, block: &Block) -> Looked {
+/// What the first half sees in some blocks, at most [`FOLLOWED_TOGETHER`].
+fn look_at<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, blocks: &[Block]) -> Looked {
     let trace = trace_of(tracer);
-    let pixels = block.pixels();
-    let (seen, firsts) = look_at_short(&trace, of_set, &pixels);
-    let looked = Looked {
-        pixels,
-        seen,
-        followed: 0.0,
-        paths_followed: 0,
-    };
-    match tracer.transport.max_depth > SHORT {
-        true => follow(&trace, &firsts, looked),
-        false => looked,
+    let mut looked = Looked::default();
+    let mut firsts = Vec::new();
+    for block in blocks {
+        let pixels = block.pixels();
+        let (seen, of_block) = look_at_short(&trace, Half::First, of_set, &pixels);
+        looked.ends.push(firsts.len() + pixels.len());
+        looked.pixels.extend(pixels);
+        looked.seen.extend(seen);
+        firsts.extend(of_block);
     }
+    if tracer.transport.max_depth > SHORT {
+        looked.follow(&trace, &firsts);
+    }
+    looked
 }
 
-/// What short paths show of pixels, and what the first one of each set finds.
-fn look_at_short(trace: &Trace<'_>, of_set: usize, pixels: &[[u32; 2]]) -> (Vec<Seen>, Vec<[Rgb; SETS]>) {
+/// What the first half sees in blocks of an image.
+fn look_at_all<S: EmitterSampler>(
+    tracer: &ShortTracer<'_, '_, S>,
+    of_set: usize,
+    blocks: impl Iterator<Item = Block>,
+) -> Vec<Looked> {
+    let blocks: Vec<Block> = blocks.collect();
+    let together = blocks.chunks(FOLLOWED_TOGETHER);
+    parallel::map(together, |_, blocks| look_at(tracer, of_set, blocks))
+}
+
+/// What short paths of a half show of pixels, and what the first one of each set finds.
+fn look_at_short(
+    trace: &Trace<'_>,
+    half: Half,
+    of_set: usize,
+    pixels: &[[u32; 2]],
+) -> (Vec<Seen>, Vec<[Rgb; SETS_OF_HALF]>) {
     let (mut seen, mut firsts) = (Vec::new(), Vec::new());
     // The paths of a set fill a batch.
     for pixels in pixels.chunks(MAX_BATCH / of_set) {
         let of_pixel = |&[x, y]: &[u32; 2]| (0..of_set as u32).map(move |index| SampleId { x, y, index });
         let ids: Vec<SampleId> = pixels.iter().flat_map(of_pixel).collect();
         let mut tally = RayTally::default();
-        let mut means = vec![[Rgb::ZERO; SETS]; pixels.len()];
+        let mut means = vec![[Rgb::ZERO; SETS_OF_HALF]; pixels.len()];
         let first = firsts.len();
-        firsts.resize(first + pixels.len(), [Rgb::ZERO; SETS]);
-        for set in 0..SETS {
+        firsts.resize(first + pixels.len(), [Rgb::ZERO; SETS_OF_HALF]);
+        for place in 0..SETS_OF_HALF {
+            let set = half as usize * SETS_OF_HALF + place;
             let found = trace(SHORT, set, &ids, &tally);
             for (pixel, found) in found[..ids.len()].chunks(of_set).enumerate() {
-                means[pixel][set] = found.iter().sum::<Rgb>() / of_set as f32;
-                firsts[first + pixel][set] = found[0];
+                means[pixel][place] = found.iter().sum::<Rgb>() / of_set as f32;
+                firsts[first + pixel][place] = found[0];
             }
         }
-        let cost = cost(tally.take(), LAST_EDGE) / (SETS * ids.len()) as f64;
-        seen.extend(means.iter().map(|means| {
-            let variance = |set: usize| variance(means[set], means[set + 1]) * of_set as f32;
-            Seen {
-                short: [0, 2].map(|set| sound(variance(set))),
-                brightness: sound(means.iter().sum::<Rgb>().element_sum() / SETS as f32),
-                cost: cost as f32,
-                ..Seen::default()
-            }
+        let cost = cost(tally.take(), LAST_EDGE) / (SETS_OF_HALF * ids.len()) as f64;
+        seen.extend(means.iter().map(|&[one, other]| Seen {
+            short: [sound(variance(one, other) * of_set as f32); 2],
+            brightness: sound((one + other).element_sum() / SETS_OF_HALF as f32),
+            cost: cost as f32,
+            ..Seen::default()
         }));
     }
     (seen, firsts)
 }
 
-/// Adds what longer paths show. It follows some first paths of the sets to their ends, by the same
-/// numbers.
-fn follow(trace: &Trace<'_>, firsts: &[[Rgb; SETS]], looked: Looked) -> Looked {
-    let mut tally = RayTally::default();
-    let of_first = |&[x, y]: &[u32; 2]| SampleId { x, y, index: 0 };
-    let followed = looked.pixels.iter().step_by(FOLLOWED_PIXELS);
-    let ids: Vec<SampleId> = followed.map(of_first).collect();
-    let mut longs = vec![[Rgb::ZERO; FOLLOWED]; ids.len()];
-    for set in 0..FOLLOWED {
-        let whole = trace(u32::MAX, set, &ids, &tally);
-        let short = firsts.iter().step_by(FOLLOWED_PIXELS);
-        for ((long, short), whole) in longs.iter_mut().zip(short).zip(&whole) {
-            long[set] = *whole - short[set];
+impl Looked {
+    /// Adds what longer paths show. It follows some first paths of the sets to their ends, by the
+    /// same numbers.
+    fn follow(&mut self, trace: &Trace<'_>, firsts: &[[Rgb; FOLLOWED]]) {
+        let blocks = self
+            .ends
+            .iter()
+            .scan(0, |start, &end| Some(mem::replace(start, end)..end));
+        let blocks: Vec<Range<usize>> = blocks.collect();
+        let followed = blocks
+            .iter()
+            .cloned()
+            .flat_map(|block| block.step_by(FOLLOWED_PIXELS));
+        let followed: Vec<usize> = followed.collect();
+        let of_first = |&pixel: &usize| {
+            let ([x, y], index) = (self.pixels[pixel], 0);
+            SampleId { x, y, index }
+        };
+        let ids: Vec<SampleId> = followed.iter().map(of_first).collect();
+        let mut longs = vec![[Rgb::ZERO; FOLLOWED]; ids.len()];
+        let mut tally = RayTally::default();
+        for set in 0..FOLLOWED {
+            let whole = trace(u32::MAX, set, &ids, &tally);
+            for ((long, &pixel), whole) in longs.iter_mut().zip(&followed).zip(&whole) {
+                long[set] = *whole - firsts[pixel][set];
+            }
         }
-    }
-    let mean = |of: &dyn Fn(&[Rgb; FOLLOWED]) -> f32| {
-        longs.iter().map(|long| sound(of(long))).sum::<f32>() / longs.len() as f32
-    };
-    let long = mean(&|long| variance(long[0], long[1]));
-    let brightness = mean(&|long| long.iter().sum::<Rgb>().element_sum() / FOLLOWED as f32);
-    let add = |seen: Seen| Seen {
-        long,
-        brightness: sound(seen.brightness + brightness),
-        ..seen
-    };
-    Looked {
-        seen: looked.seen.into_iter().map(add).collect(),
-        followed: cost(tally.take(), 1.0),
-        paths_followed: FOLLOWED * ids.len(),
-        pixels: looked.pixels,
+        (self.followed, self.paths_followed) = (cost(tally.take(), 1.0), FOLLOWED * ids.len());
+        let mut longs = longs.as_slice();
+        for block in blocks {
+            let (of_block, rest) = longs.split_at(block.len().div_ceil(FOLLOWED_PIXELS));
+            longs = rest;
+            let mean = |of: &dyn Fn(&[Rgb; FOLLOWED]) -> f32| {
+                of_block.iter().map(|long| sound(of(long))).sum::<f32>() / of_block.len() as f32
+            };
+            let long = mean(&|long| variance(long[0], long[1]));
+            let brightness = mean(&|long| long.iter().sum::<Rgb>().element_sum() / FOLLOWED as f32);
+            for seen in &mut self.seen[block] {
+                (seen.long, seen.long_brightness) = (long, brightness);
+            }
+        }
     }
 }
 

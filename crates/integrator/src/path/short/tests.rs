@@ -204,14 +204,14 @@ fn pilots_find_what_varies() {
     assert_eq!(many, again);
     let apart = many.iter().flatten().count();
     assert!((100..48 * 32).contains(&apart), "{apart}");
-    assert!(found(40).is_none());
+    assert!(found(30).is_none());
     let furnace = Scene::new(&builtin::by_name("furnace").unwrap()).unwrap();
     let tracer = PathTracer::new(&furnace, furnace.emitters_by_power());
     assert!(tracer.with_short_paths(1024).short.is_none());
 }
 
-/// A pilot is 6 % of the image's work at most, or none; where short paths cost little, images of
-/// few samples have one.
+/// A pilot is 6 % of the image's work at most, one of the fewest paths 9 %, or there is none; where
+/// short paths cost little, images of few samples have one.
 /// Planted faults: the share of those followed to their ends left out; costs the wrong way round.
 #[test]
 fn pilots_are_a_small_share() {
@@ -229,26 +229,19 @@ fn pilots_are_a_small_share() {
                     0.0
                 };
                 let paths = followed + short / whole * (SETS * of_set) as f32;
-                assert!(paths <= 0.0601 * samples as f32, "{costs:?} {samples} {longest}");
+                let most = if of_set == 2 { 0.0901 } else { 0.0601 };
+                assert!(paths <= most * samples as f32, "{costs:?} {samples} {longest}");
                 assert!(of_set.is_power_of_two() && of_set <= 8);
             }
         }
     }
-    let of_set = |samples: u32, short: f32| paths_of_set(samples, 8, PathCosts { short, whole: 1.0 });
-    assert_eq!([of_set(48, 0.3), of_set(54, 0.3)], [None, Some(2)]);
-    assert_eq!([of_set(64, 0.9), of_set(300, 0.9)], [None, Some(4)]);
+    let costs = |short: f32| PathCosts { short, whole: 1.0 };
+    let of_set = |samples: u32, short: f32| paths_of_set(samples, 8, costs(short));
+    assert_eq!([of_set(33, 0.3), of_set(34, 0.3)], [None, Some(2)]);
+    assert_eq!([of_set(90, 0.3), of_set(91, 0.3)], [Some(2), Some(4)]);
+    assert_eq!([of_set(80, 0.9), of_set(300, 0.9)], [None, Some(4)]);
     assert_eq!(of_set(1 << 30, 0.0), Some(8));
-    assert_eq!(
-        paths_of_set(
-            1024,
-            0,
-            PathCosts {
-                short: 0.3,
-                whole: 1.0
-            }
-        ),
-        None
-    );
+    assert_eq!(paths_of_set(1024, 0, costs(0.3)), None);
 }
 
 /// Short paths are a part of whole ones in a room, and nearly all of them under a sky. All blocks
