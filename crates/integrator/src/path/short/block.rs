@@ -31,7 +31,7 @@ pub const ONE_BLOCK_OF: usize = 16;
 /// One block of [`ONE_BLOCK_OF`], on a lattice: few are in one column or row.
 pub fn few_blocks(image: [usize; 2]) -> impl Iterator<Item = Block> {
     let place = |block: &Block| block.corner[0] / WIDTH + 6 * (block.corner[1] / HEIGHT);
-    blocks(image).filter(move |block| place(block) as usize % ONE_BLOCK_OF == 0)
+    blocks(image).filter(move |block| (place(block) as usize).is_multiple_of(ONE_BLOCK_OF))
 }
 
 impl Block {
