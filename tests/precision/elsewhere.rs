@@ -132,7 +132,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-lights",
         "called by the rows of the same type, which measure what comes of it",
         "LightBvh::pmf_factored LightBvh::sample_each_factored LightBvh::sample_factored \
-         LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
+         LightSampler::sample_each LightSampler::sample_for LightSampler::sample_many LightSubtrees::sample_subtrees \
          OrientationCone::is_valid",
     ),
     (
@@ -255,8 +255,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "estimators: held to closed forms, to each other and to another renderer's images",
-        "EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
-         EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_endpoint \
+        "EmitterSampler::choose_lanes EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
+         EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_chosen_lanes EmitterSampler::sample_endpoint \
          EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site \
          GuidedPaths::render_frame_elsewhere LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
          PathTracer::radiance RestirVolume::animated SceneWorld::arrive Trial::merit VolumePathTracer::radiance",

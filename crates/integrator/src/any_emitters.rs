@@ -1,6 +1,6 @@
 //! Both ways to choose emitters in one type.
 
-use crate::emitter_sampler::EmitterSampler;
+use crate::emitter_sampler::{ChosenLanes, EmitterSampler};
 use crate::light_selection::LightSelection;
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::ShadingPoint;
@@ -171,6 +171,33 @@ impl EmitterSampler for AnyEmitters<'_> {
                 EmitterSampler::sample_lanes(emitters, from, &[(); LANES], u_select, u, wanted)
             }
             Self::Selection(emitters) => emitters.sample_lanes(from, sites, u_select, u, wanted),
+        }
+    }
+
+    #[inline(always)]
+    fn choose_lanes(
+        &self,
+        sites: &[ShadingPoint; LANES],
+        u_select: &[[[u32; LANES]; 2]],
+        wanted: u32,
+        chosen: &mut [ChosenLanes],
+    ) -> bool {
+        match self {
+            Self::Power(_) => false,
+            Self::Selection(emitters) => emitters.choose_lanes(sites, u_select, wanted, chosen),
+        }
+    }
+
+    #[inline(always)]
+    fn sample_chosen_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        chosen: &ChosenLanes,
+        u: [L; 2],
+    ) -> EmitterLanes<L> {
+        match self {
+            Self::Power(emitters) => EmitterSampler::sample_chosen_lanes(emitters, from, chosen, u),
+            Self::Selection(emitters) => emitters.sample_chosen_lanes(from, chosen, u),
         }
     }
 }

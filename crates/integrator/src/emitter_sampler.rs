@@ -130,6 +130,57 @@ pub trait EmitterSampler: Sync {
             self.sample(from, &sites[lane], u_select, u)
         })
     }
+
+    /// Selects emitters for several samples at each of eight points, those in the lanes `wanted`,
+    /// before they are sampled: `chosen[n]` for the numbers `u_select[n]`, the low and the high
+    /// halves. Returns whether it did; then
+    /// [`sample_chosen_lanes`](Self::sample_chosen_lanes) is [`sample_lanes`](Self::sample_lanes)
+    /// for the same numbers, bit for bit. For samplers to which several samples at one point are
+    /// less work.
+    #[inline(always)]
+    fn choose_lanes(
+        &self,
+        _sites: &[Self::Site; LANES],
+        _u_select: &[[[u32; LANES]; 2]],
+        _wanted: u32,
+        _chosen: &mut [ChosenLanes],
+    ) -> bool {
+        false
+    }
+
+    /// Samples for the emitters that [`choose_lanes`](Self::choose_lanes) has selected.
+    #[inline(always)]
+    fn sample_chosen_lanes<L: Lanes>(
+        &self,
+        _from: Vec3Lanes<L>,
+        _chosen: &ChosenLanes,
+        _u: [L; 2],
+    ) -> EmitterLanes<L> {
+        EmitterLanes::one_by_one(0, |_| None)
+    }
+}
+
+/// Emitters selected for eight points.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenLanes {
+    /// Finite emitters, with their probabilities in the lanes of the bits `finite`.
+    pub(crate) emitter: [u32; LANES],
+    pub(crate) probability: [f32; LANES],
+    pub(crate) finite: u32,
+    /// Numbers that choose one at infinity, in the lanes of the bits `infinite`.
+    pub(crate) u: [u64; LANES],
+    pub(crate) infinite: u32,
+}
+
+impl ChosenLanes {
+    /// None in any lane.
+    pub const NONE: Self = Self {
+        emitter: [0; LANES],
+        probability: [1.0; LANES],
+        finite: 0,
+        u: [0; LANES],
+        infinite: 0,
+    };
 }
 
 /// Points and random numbers of eight lanes, in memory.
@@ -321,5 +372,26 @@ impl<S: EmitterSampler> EmitterSampler for &S {
         wanted: u32,
     ) -> EmitterLanes<L> {
         S::sample_lanes(self, from, sites, u_select, u, wanted)
+    }
+
+    #[inline(always)]
+    fn choose_lanes(
+        &self,
+        sites: &[S::Site; LANES],
+        u_select: &[[[u32; LANES]; 2]],
+        wanted: u32,
+        chosen: &mut [ChosenLanes],
+    ) -> bool {
+        S::choose_lanes(self, sites, u_select, wanted, chosen)
+    }
+
+    #[inline(always)]
+    fn sample_chosen_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        chosen: &ChosenLanes,
+        u: [L; 2],
+    ) -> EmitterLanes<L> {
+        S::sample_chosen_lanes(self, from, chosen, u)
     }
 }

@@ -65,7 +65,7 @@ pub use direct::light::{
 pub use direct::lightcuts::{
     CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES,
 };
-pub use emitter_sampler::EmitterSampler;
+pub use emitter_sampler::{ChosenLanes, EmitterSampler};
 pub use guided::{
     FieldDirections, FieldRecorder, GuideError, GuideKind, GuidedHalf, GuidedPaths, GuidedPathsOptions,
     SceneField, UnknownGuide, guide_need,

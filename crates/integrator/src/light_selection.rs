@@ -1,11 +1,11 @@
 //! Selection of an emitter for a shading point.
 
-use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
+use crate::emitter_sampler::{ChosenLanes, EmitterSampler};
 use crate::light_choosing::LightChoosing;
 use lightshed_guiding::{
     CacheUse, FlatLightCache, GuidingError, LightCache, LightCacheOptions, LightTreeCache,
 };
-use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
+use lightshed_lanes::{LANES, LaneWords, Lanes, Vec3Lanes};
 use lightshed_lights::{
     Bounds, BvhBuild, Facing, Gloss, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
     OpenedTree, OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree,
@@ -18,6 +18,7 @@ use lightshed_scene::{
     Emitters, Rgb, Scene, SkySampling, SurfacePoint, luminance,
 };
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
+use std::slice;
 use std::sync::Arc;
 
 /// Selects emitters of a scene for shading points.
@@ -450,66 +451,93 @@ impl EmitterSampler for LightSelection<'_> {
         u: [L; 2],
         wanted: u32,
     ) -> EmitterLanes<L> {
-        let numbers = LaneNumbers::new(from, u_select, u);
-        let chosen = self.choose_eight(&numbers, sites, wanted);
-        self.emitters
+        let u_select = u_select.map(LaneWords::store);
+        let mut chosen = ChosenLanes::NONE;
+        self.choose_for_lanes(sites, &[u_select], wanted, slice::from_mut(&mut chosen));
+        self.sample_chosen_lanes(from, &chosen, u)
+    }
+
+    /// Trees share the work of numbers at one point.
+    #[inline(always)]
+    fn choose_lanes(
+        &self,
+        sites: &[ShadingPoint; LANES],
+        u_select: &[[[u32; LANES]; 2]],
+        wanted: u32,
+        chosen: &mut [ChosenLanes],
+    ) -> bool {
+        self.choose_for_lanes(sites, u_select, wanted, chosen);
+        true
+    }
+
+    #[inline(always)]
+    fn sample_chosen_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        chosen: &ChosenLanes,
+        u: [L; 2],
+    ) -> EmitterLanes<L> {
+        let emitters = self
+            .emitters
             .sample_on_lanes(from, chosen.emitter, u, chosen.finite)
-            .chosen_with(L::load(&chosen.probability))
-            .or_one_by_one(chosen.infinite, |lane| {
-                let (from, _, u) = numbers.get(lane);
-                self.direction(from, Chosen::Infinite { u: chosen.u[lane] }, u)
-            })
+            .chosen_with(L::load(&chosen.probability));
+        let (from, u) = (from.store(), u.map(Lanes::store));
+        emitters.or_one_by_one(chosen.infinite, |lane| {
+            let from = Vec3::from(from.map(|row| row[lane]));
+            let infinite = Chosen::Infinite { u: chosen.u[lane] };
+            self.direction(from, infinite, u.map(|row| row[lane]))
+        })
     }
 }
 
-/// Emitters chosen for eight points.
-struct ChosenLanes {
-    /// Finite emitters, with their probabilities in the lanes of the bits `finite`.
-    emitter: [u32; LANES],
-    probability: [f32; LANES],
-    finite: u32,
-    /// Numbers that choose one at infinity, in the lanes of the bits `infinite`.
-    u: [u64; LANES],
-    infinite: u32,
-}
-
 impl LightSelection<'_> {
+    /// Selects for numbers of points in lanes: point by point, and those of one point in order.
     #[inline(never)]
-    fn choose_eight(&self, numbers: &LaneNumbers, sites: &[ShadingPoint; LANES], wanted: u32) -> ChosenLanes {
-        let (mut lanes, mut u, mut count) = ([0; LANES], [0; LANES], 0);
-        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
-            (lanes[count], u[count]) = (lane, numbers.get(lane).1);
-            count += 1;
-        }
-        let mut chosen = [None; LANES];
-        self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
-            let mut at = [ShadingPoint::default(); LANES];
-            for (at, place) in at.iter_mut().zip(places) {
-                *at = sites[lanes[*place as usize]];
+    fn choose_for_lanes(
+        &self,
+        sites: &[ShadingPoint; LANES],
+        numbers: &[[[u32; LANES]; 2]],
+        wanted: u32,
+        found: &mut [ChosenLanes],
+    ) {
+        found.fill(ChosenLanes::NONE);
+        let count = numbers.len().min(found.len());
+        let of_lane = |lane: usize| (0..count).map(move |number| (lane, number));
+        let lanes = (0..LANES).filter(|lane| wanted >> lane & 1 == 1);
+        let mut all = lanes.flat_map(of_lane);
+        loop {
+            let (mut of, mut u, mut count) = ([(0, 0); TOGETHER], [0; TOGETHER], 0);
+            for (lane, number) in all.by_ref().take(TOGETHER) {
+                let [low, high] = numbers[number].each_ref().map(|words| u64::from(words[lane]));
+                (of[count], u[count]) = ((lane, number), high << 32 | low);
+                count += 1;
             }
-            with_sampler!(sampler, s => s.sample_each(&at[..u.len()], u, choices));
-        });
-        let mut found = ChosenLanes {
-            emitter: [0; LANES],
-            probability: [1.0; LANES],
-            finite: 0,
-            u: [0; LANES],
-            infinite: 0,
-        };
-        for (&lane, chosen) in lanes[..count].iter().zip(chosen) {
-            match chosen {
-                Some(Chosen::Finite { emitter, probability }) => {
-                    (found.emitter[lane], found.probability[lane]) = (emitter, probability);
-                    found.finite |= 1 << lane;
+            if count == 0 {
+                return;
+            }
+            let mut chosen = [None; TOGETHER];
+            self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
+                let mut lanes = [0; TOGETHER];
+                for (lane, place) in lanes.iter_mut().zip(places) {
+                    *lane = of[usize::from(*place)].0 as u8;
                 }
-                Some(Chosen::Infinite { u }) => {
-                    found.u[lane] = u;
-                    found.infinite |= 1 << lane;
+                with_sampler!(sampler, s => s.sample_for(sites, &lanes[..u.len()], u, choices));
+            });
+            for (&(lane, number), chosen) in of[..count].iter().zip(chosen) {
+                let found = &mut found[number];
+                match chosen {
+                    Some(Chosen::Finite { emitter, probability }) => {
+                        (found.emitter[lane], found.probability[lane]) = (emitter, probability);
+                        found.finite |= 1 << lane;
+                    }
+                    Some(Chosen::Infinite { u }) => {
+                        found.u[lane] = u;
+                        found.infinite |= 1 << lane;
+                    }
+                    None => (),
                 }
-                None => (),
             }
         }
-        found
     }
 }
 

@@ -127,20 +127,23 @@ impl<T: Tree> EntryPoint<T> for AtRoot {
 
 /// The receivers of a batch.
 pub(crate) trait BatchReceivers<R> {
-    /// Whether all numbers are of one receiver.
-    const SAME: bool;
     /// The receiver of number `i`.
     fn get(&self, i: usize) -> &R;
+    /// Whether numbers `a` and `b` have the same one.
+    fn are_same(&self, a: usize, b: usize) -> bool;
 }
 
 /// All numbers are of one receiver.
 pub(crate) struct OneReceiver<'a, R>(pub &'a R);
 
 impl<R> BatchReceivers<R> for OneReceiver<'_, R> {
-    const SAME: bool = true;
     #[inline(always)]
     fn get(&self, _: usize) -> &R {
         self.0
+    }
+    #[inline(always)]
+    fn are_same(&self, _: usize, _: usize) -> bool {
+        true
     }
 }
 
@@ -148,10 +151,30 @@ impl<R> BatchReceivers<R> for OneReceiver<'_, R> {
 pub(crate) struct ReceiverEach<'a, R>(pub &'a [R]);
 
 impl<R> BatchReceivers<R> for ReceiverEach<'_, R> {
-    const SAME: bool = false;
     #[inline(always)]
     fn get(&self, i: usize) -> &R {
         &self.0[i]
+    }
+    #[inline(always)]
+    fn are_same(&self, _: usize, _: usize) -> bool {
+        false
+    }
+}
+
+/// Number `i` is of the receiver `of[i]`.
+pub(crate) struct ReceiverOf<'a, R> {
+    pub at: &'a [R],
+    pub of: &'a [u8],
+}
+
+impl<R> BatchReceivers<R> for ReceiverOf<'_, R> {
+    #[inline(always)]
+    fn get(&self, i: usize) -> &R {
+        &self.at[usize::from(self.of[i])]
+    }
+    #[inline(always)]
+    fn are_same(&self, a: usize, b: usize) -> bool {
+        self.of[a] == self.of[b]
     }
 }
 
@@ -188,7 +211,7 @@ pub(crate) fn descend_batch<L: Lanes, T: Tree, R: Receiver, A: BatchReceivers<R>
         while pending != 0 {
             let i = pending.trailing_zeros() as usize % BATCH;
             pending &= pending - 1;
-            if A::SAME && previous < BATCH && nodes[previous] == nodes[i] {
+            if previous < BATCH && nodes[previous] == nodes[i] && at.are_same(previous, i) {
                 cdf_of[i] = cdf_of[previous];
             } else {
                 cdf_of[i] = i as u8;

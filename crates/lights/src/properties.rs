@@ -215,7 +215,9 @@ fn sample_and_pmf_are_the_same_number() {
     }
 }
 
-/// BatchReceivers that go down together choose what each chooses alone; black ones choose nothing.
+/// Receivers that go down together choose what each chooses alone, also if they have several
+/// numbers; black ones choose nothing.
+/// Planted fault: numbers of different receivers that share a node's distribution.
 #[test]
 fn batches_change_no_choice() {
     for count in [1, 9, 4096] {
@@ -227,8 +229,18 @@ fn batches_change_no_choice() {
         for_every_tree!(&lights, |name, tree| {
             let mut together = vec![None; at.len()];
             tree.sample_each(&at, &u, &mut together);
-            for ((at, &u), together) in at.iter().zip(&u).zip(together) {
+            for ((at, &u), &together) in at.iter().zip(&u).zip(&together) {
                 assert_eq!(tree.sample(at, u), together, "{name}, {count} lights");
+            }
+            // One to three numbers each; some receivers come again.
+            let of: Vec<u8> = (0..at.len()).map(|i| (i / (1 + i % 3)) as u8).collect();
+            tree.sample_for(&at, &of, &u, &mut together);
+            for ((&of, &u), together) in of.iter().zip(&u).zip(together) {
+                assert_eq!(
+                    tree.sample(&at[usize::from(of)], u),
+                    together,
+                    "{name}, {count} lights"
+                );
             }
         });
     }

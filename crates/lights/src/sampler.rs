@@ -53,4 +53,29 @@ pub trait LightSampler<R: ?Sized = ShadingPoint>: Sync {
             *choice = self.sample(at, *u);
         }
     }
+
+    /// Selections for several receivers, some of which may have more than one: `choices[i]` becomes
+    /// what [`sample`](Self::sample) returns for `at[of[i]]` and `u[i]`, bit for bit. The length of
+    /// the shortest of the other slices counts. Trees descend for all together, and share the work
+    /// of numbers that follow the same path one after the other for the same receiver.
+    ///
+    /// # Panics
+    /// If one of `of` is no index of `at`.
+    fn sample_for(&self, at: &[R], of: &[u8], u: &[u64], choices: &mut [Option<LightChoice>])
+    where
+        R: Copy,
+    {
+        for ((of, u), choices) in of
+            .chunks(TOGETHER)
+            .zip(u.chunks(TOGETHER))
+            .zip(choices.chunks_mut(TOGETHER))
+        {
+            let each: [R; TOGETHER] = std::array::from_fn(|i| at[usize::from(of[i % of.len()])]);
+            let count = of.len().min(u.len()).min(choices.len());
+            self.sample_each(&each[..count], u, choices);
+        }
+    }
 }
+
+/// Receivers that are copied to be asked for together.
+const TOGETHER: usize = 16;

@@ -1,7 +1,7 @@
 //! Light trees as samplers.
 
 use crate::descent::{
-    AtRoot, BATCH, OneReceiver, ReceiverEach, choice, descend, descend_batch, probability_of,
+    AtRoot, BATCH, OneReceiver, ReceiverEach, ReceiverOf, choice, descend, descend_batch, probability_of,
 };
 use crate::sampler::LightChoice;
 use crate::traversal::TraversalState;
@@ -33,6 +33,18 @@ macro_rules! impl_sampler {
 
             fn sample_each(&self, at: &[R], u: &[u64], choices: &mut [Option<$crate::sampler::LightChoice>]) {
                 $crate::tree_sampler::sample_each(self, at, u, choices);
+            }
+
+            fn sample_for(
+                &self,
+                at: &[R],
+                of: &[u8],
+                u: &[u64],
+                choices: &mut [Option<$crate::sampler::LightChoice>],
+            ) where
+                R: Copy,
+            {
+                $crate::tree_sampler::sample_for(self, at, of, u, choices);
             }
         }
     };
@@ -69,6 +81,23 @@ pub(crate) fn sample_each<T: Tree, R: Receiver>(
     choices: &mut [Option<LightChoice>],
 ) {
     LaneChoice::best().run(SampleEach { tree, at, u, choices });
+}
+
+/// [`LightSampler::sample_for`](crate::LightSampler::sample_for) of a tree.
+pub(crate) fn sample_for<T: Tree, R: Receiver>(
+    tree: &T,
+    at: &[R],
+    of: &[u8],
+    u: &[u64],
+    choices: &mut [Option<LightChoice>],
+) {
+    LaneChoice::best().run(SampleFor {
+        tree,
+        at,
+        of,
+        u,
+        choices,
+    });
 }
 
 struct Sample<'a, T, R> {
@@ -144,6 +173,34 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleEach<'_, T, R> {
         while first < count {
             let end = count.min(first + BATCH);
             let at = ReceiverEach(&self.at[first..end]);
+            let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
+            descend_batch::<L, T, R, _>(self.tree, &at, &AtRoot, u, choices);
+            first = end;
+        }
+    }
+}
+
+struct SampleFor<'a, T, R> {
+    tree: &'a T,
+    at: &'a [R],
+    of: &'a [u8],
+    u: &'a [u64],
+    choices: &'a mut [Option<LightChoice>],
+}
+
+impl<T: Tree, R: Receiver> LaneKernel for SampleFor<'_, T, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let count = self.of.len().min(self.u.len()).min(self.choices.len());
+        let mut first = 0;
+        while first < count {
+            let end = count.min(first + BATCH);
+            let at = ReceiverOf {
+                at: self.at,
+                of: &self.of[first..end],
+            };
             let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
             descend_batch::<L, T, R, _>(self.tree, &at, &AtRoot, u, choices);
             first = end;

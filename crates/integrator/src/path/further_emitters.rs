@@ -8,11 +8,11 @@ use super::purpose::Purpose;
 use super::scattered_lanes::{is_black, load_vectors, local_above, store_vectors};
 use super::scattering::SurfaceVertex;
 use super::transport::Transport;
-use crate::emitter_sampler::EmitterSampler;
+use crate::emitter_sampler::{ChosenLanes, EmitterSampler};
 use lightshed_film::MAX_BATCH;
-use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes};
+use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
 use lightshed_sampling::{f32_from_u32_lanes, power_heuristic_lanes};
-use lightshed_scene::{DiffuseLanes, GlossyColumns, HitBatch};
+use lightshed_scene::{DiffuseLanes, EmitterLanes, GlossyColumns, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
 /// Samples emitters where the rays of `paths` (and their number), their edge number `depth`, met
@@ -35,6 +35,80 @@ pub(super) fn further_emitters<S: EmitterSampler, G: DirectionGuide>(
         shadows: &mut shadows,
         purpose,
     });
+}
+
+/// Most samples of a path whose emitters are chosen together.
+const AHEAD: usize = 8;
+
+/// Samples of eight paths whose emitters are chosen together.
+struct Ahead {
+    /// Numbers of the first of them, and of the one after the last.
+    first: u32,
+    end: u32,
+    u_select: [[[u32; LANES]; 2]; AHEAD],
+    u: [[[f32; LANES]; 2]; AHEAD],
+    /// Whether they have been chosen.
+    is_chosen: bool,
+    chosen: [ChosenLanes; AHEAD],
+}
+
+impl Ahead {
+    /// Before the first.
+    const EMPTY: Self = Self {
+        first: 1,
+        end: 1,
+        u_select: [[[0; LANES]; 2]; AHEAD],
+        u: [[[0.0; LANES]; 2]; AHEAD],
+        is_chosen: false,
+        chosen: [ChosenLanes::NONE; AHEAD],
+    };
+
+    /// From sample `first` of `samples` on.
+    #[inline(always)]
+    fn begin(&mut self, first: u32, samples: u32) {
+        (self.first, self.end) = (first, samples.min(first + AHEAD as u32));
+    }
+
+    #[inline(always)]
+    fn place(&self, number: u32) -> usize {
+        (number - self.first) as usize % AHEAD
+    }
+
+    /// The words of sample `number` of `samples`.
+    #[inline(always)]
+    fn set<L: Lanes>(&mut self, number: u32, [low, high, a, b]: [L::Words; 4], samples: u32) {
+        let place = self.place(number);
+        let u_select = stratified_lanes::<L>([low, high], number, samples);
+        self.u_select[place] = [u_select[0].store(), u_select[1].store()];
+        let u = [f32_from_u32_lanes::<L>(a), f32_from_u32_lanes::<L>(b)];
+        self.u[place] = [u[0].store(), u[1].store()];
+    }
+
+    #[inline(always)]
+    fn choose<S: EmitterSampler>(&mut self, sampler: &S, sites: &[S::Site; LANES], wanted: u32) {
+        let count = (self.end - self.first) as usize % (AHEAD + 1);
+        let numbers = &self.u_select[..count];
+        self.is_chosen = sampler.choose_lanes(sites, numbers, wanted, &mut self.chosen[..count]);
+    }
+
+    /// Sample `number` at the points `from`, which have the data `sites`.
+    #[inline(always)]
+    fn sample<L: Lanes, S: EmitterSampler>(
+        &self,
+        sampler: &S,
+        (from, sites): (Vec3Lanes<L>, &[S::Site; LANES]),
+        number: u32,
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let place = self.place(number);
+        let u = [L::load(&self.u[place][0]), L::load(&self.u[place][1])];
+        if self.is_chosen {
+            return sampler.sample_chosen_lanes::<L>(from, &self.chosen[place], u);
+        }
+        let [low, high] = &self.u_select[place];
+        let u_select = [L::Words::load(low), L::Words::load(high)];
+        sampler.sample_lanes::<L>(from, sites, u_select, u, wanted)
+    }
 }
 
 struct Further<'a, 's, S: EmitterSampler, G, P> {
@@ -135,15 +209,19 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Further<'_, '_, S, G, P> 
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
         let samples = self.purpose.samples_at(transport, self.depth);
         let (count, share) = (L::splat(samples as f32), L::splat(1.0 / samples as f32));
+        let mut ahead = Ahead::EMPTY;
         let mut number = 1;
         while number < samples {
-            let block = emitter_block(self.depth, number);
-            let [low, high, a, b] = self.purpose.words::<L>(names, block);
-            let u_select = stratified_lanes::<L>([low, high], number, samples);
-            let u = [f32_from_u32_lanes::<L>(a), f32_from_u32_lanes::<L>(b)];
-            let light = transport
-                .sampler
-                .sample_lanes::<L>(point.position, &sites, u_select, u, seen.bits());
+            if number == ahead.end {
+                ahead.begin(number, samples);
+                for place in number..ahead.end {
+                    let words = self.purpose.words::<L>(names, emitter_block(self.depth, place));
+                    ahead.set::<L>(place, words, samples);
+                }
+                ahead.choose(&transport.sampler, &sites, seen.bits());
+            }
+            let from = point.position;
+            let light = ahead.sample::<L, S>(&transport.sampler, (from, &sites), number, seen.bits());
             let mut pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
             let mut value = point.reflectance * pdf;
             if point.glossy != 0 {
