@@ -300,8 +300,8 @@ impl ShortLook {
         allot(&self.seen, self.size, long.variance, costs)
     }
 
-    /// The samples that pixels get in an image of `samples` paths, and the part of its work that the
-    /// pilot costs. `None` where that is too much, or short paths gain too little.
+    /// The samples that pixels get in an image of `samples` paths, and the part of its work that
+    /// the pilot costs. `None` where that is too much, or short paths gain too little.
     fn of_image(
         &self,
         long: LongPaths,

@@ -177,8 +177,8 @@ pub fn paths_of_set_in<S: EmitterSampler>(
     paths_of_set(samples, longest, costs(&looked, longest).beside(own))
 }
 
-/// What the first half of a pilot sees in all pixels of the image, row by row, with so many paths in
-/// each set; and what paths cost.
+/// What the first half of a pilot sees in all pixels of the image, row by row, with so many paths
+/// in each set; and what paths cost.
 pub fn look<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize) -> (Vec<Seen>, PathCosts) {
     let size = image_size(tracer);
     let looked = look_at_all(tracer, of_set, blocks(size));
