@@ -118,12 +118,11 @@ mod tests {
         for bounds in [(1, 64), (4, 256), (3, 192), (100, 4096)] {
             let mut sums = Sums::default();
             for &(variance, cost) in &pixels {
-                let (short, own, own_cost) = (variance.sqrt(), 0.25 * variance.sqrt(), 3.0 * cost);
                 let part = Part {
-                    short,
-                    own,
+                    short: 1.0 + cost,
+                    own: 0.25 * (1.0 + cost),
                     cost,
-                    own_cost,
+                    own_cost: 3.0 * cost,
                 };
                 sums.add(Rank::of(variance, cost), part);
             }
@@ -136,7 +135,7 @@ mod tests {
                         samples,
                         "{variance} {cost} {gain}"
                     );
-                    let error = variance.sqrt() / if samples > 0 { f64::from(samples) } else { 4.0 };
+                    let error = (1.0 + cost) / if samples > 0 { f64::from(samples) } else { 4.0 };
                     let own_cost = if samples > 0 { 3.0 * cost } else { 0.0 };
                     for (sum, value) in expected
                         .iter_mut()
