@@ -160,7 +160,8 @@ fn lanes_give_the_values_of_single_paths() {
             let selection = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
             let mut expected = None;
             for lanes in LaneChoice::all() {
-                let tracer = PathTracer::new(&scene, &selection).with_emitter_samples(longest);
+                // Up to eleven, more than are chosen together.
+                let tracer = PathTracer::new(&scene, &selection).with_emitter_samples(2 * longest - 1);
                 let mut tracer = tracer.with_points(PointSet::Sobol);
                 (tracer.transport.lanes, tracer.short) = (lanes, some());
                 let mut values = vec![Rgb::ZERO; PIXELS];
