@@ -18,7 +18,6 @@ use lightshed_scene::{
     Emitters, Rgb, Scene, SkySampling, SurfacePoint, luminance,
 };
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
-use std::slice;
 use std::sync::Arc;
 
 /// Selects emitters of a scene for shading points.
@@ -451,9 +450,7 @@ impl EmitterSampler for LightSelection<'_> {
         u: [L; 2],
         wanted: u32,
     ) -> EmitterLanes<L> {
-        let u_select = u_select.map(LaneWords::store);
-        let mut chosen = ChosenLanes::NONE;
-        self.choose_for_lanes(sites, &[u_select], wanted, slice::from_mut(&mut chosen));
+        let chosen = self.choose_eight(u_select.map(LaneWords::store), sites, wanted);
         self.sample_chosen_lanes(from, &chosen, u)
     }
 
@@ -491,7 +488,36 @@ impl EmitterSampler for LightSelection<'_> {
 }
 
 impl LightSelection<'_> {
-    /// Selects for numbers of points in lanes: point by point, and those of one point in order.
+    /// Selects for one number of each point.
+    #[inline(never)]
+    fn choose_eight(
+        &self,
+        u_select: [[u32; LANES]; 2],
+        sites: &[ShadingPoint; LANES],
+        wanted: u32,
+    ) -> ChosenLanes {
+        let (mut lanes, mut u, mut count) = ([0; LANES], [0; LANES], 0);
+        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+            let [low, high] = u_select.map(|words| u64::from(words[lane]));
+            (lanes[count], u[count]) = (lane, high << 32 | low);
+            count += 1;
+        }
+        let mut chosen = [None; LANES];
+        self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
+            let mut at = [ShadingPoint::default(); LANES];
+            for (at, place) in at.iter_mut().zip(places) {
+                *at = sites[lanes[*place as usize]];
+            }
+            with_sampler!(sampler, s => s.sample_each(&at[..u.len()], u, choices));
+        });
+        let mut found = ChosenLanes::NONE;
+        for (&lane, chosen) in lanes[..count].iter().zip(chosen) {
+            found.set(lane, chosen);
+        }
+        found
+    }
+
+    /// Selects for several numbers of each point: point by point, and those of one point in order.
     #[inline(never)]
     fn choose_for_lanes(
         &self,
@@ -524,19 +550,25 @@ impl LightSelection<'_> {
                 with_sampler!(sampler, s => s.sample_for(sites, &lanes[..u.len()], u, choices));
             });
             for (&(lane, number), chosen) in of[..count].iter().zip(chosen) {
-                let found = &mut found[number];
-                match chosen {
-                    Some(Chosen::Finite { emitter, probability }) => {
-                        (found.emitter[lane], found.probability[lane]) = (emitter, probability);
-                        found.finite |= 1 << lane;
-                    }
-                    Some(Chosen::Infinite { u }) => {
-                        found.u[lane] = u;
-                        found.infinite |= 1 << lane;
-                    }
-                    None => (),
-                }
+                found[number].set(lane, chosen);
             }
+        }
+    }
+}
+
+impl ChosenLanes {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, chosen: Option<Chosen>) {
+        match chosen {
+            Some(Chosen::Finite { emitter, probability }) => {
+                (self.emitter[lane], self.probability[lane]) = (emitter, probability);
+                self.finite |= 1 << lane;
+            }
+            Some(Chosen::Infinite { u }) => {
+                self.u[lane] = u;
+                self.infinite |= 1 << lane;
+            }
+            None => (),
         }
     }
 }
