@@ -128,9 +128,9 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
 
     /// With several samples of paths of at most two edges in pixels where these vary more than
     /// further samples cost, in place of what the path of each sample finds over so many edges.
-    /// A pilot looks for these pixels. It takes up to 9 % of the work of an image of `samples`
-    /// samples in each pixel, 6 % where that is more, or nothing where that is too little: with
-    /// less than about 34, or 92 of paths that have two edges at most.
+    /// A pilot looks for these pixels. It takes up to 6 % of the work of an image of `samples`
+    /// samples in each pixel, up to 9 % where these are few, or nothing where that is too little:
+    /// with less than about 34, or 92 of paths that have two edges at most.
     /// Everything else must be set before; a guide, an observer or an ending that is set later
     /// takes it away again.
     #[must_use]
