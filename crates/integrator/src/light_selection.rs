@@ -454,17 +454,42 @@ impl EmitterSampler for LightSelection<'_> {
         self.sample_chosen_lanes(from, &chosen, u)
     }
 
-    /// Trees share the work of numbers at one point.
-    #[inline(always)]
+    /// Point by point, and the numbers of one point in order: trees share their work.
+    #[inline(never)]
     fn choose_lanes(
         &self,
         sites: &[ShadingPoint; LANES],
         u_select: &[[[u32; LANES]; 2]],
         wanted: u32,
-        chosen: &mut [ChosenLanes],
+        found: &mut [ChosenLanes],
     ) -> bool {
-        self.choose_for_lanes(sites, u_select, wanted, chosen);
-        true
+        found.fill(ChosenLanes::NONE);
+        let count = u_select.len().min(found.len());
+        let of_lane = |lane: usize| (0..count).map(move |number| (lane, number));
+        let lanes = (0..LANES).filter(|lane| wanted >> lane & 1 == 1);
+        let mut all = lanes.flat_map(of_lane);
+        loop {
+            let (mut of, mut u, mut count) = ([(0, 0); TOGETHER], [0; TOGETHER], 0);
+            for (lane, number) in all.by_ref().take(TOGETHER) {
+                let [low, high] = u_select[number].each_ref().map(|words| u64::from(words[lane]));
+                (of[count], u[count]) = ((lane, number), high << 32 | low);
+                count += 1;
+            }
+            if count == 0 {
+                return true;
+            }
+            let mut chosen = [None; TOGETHER];
+            self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
+                let mut lanes = [0; TOGETHER];
+                for (lane, place) in lanes.iter_mut().zip(places) {
+                    *lane = of[usize::from(*place)].0 as u8;
+                }
+                with_sampler!(sampler, s => s.sample_for(sites, &lanes[..u.len()], u, choices));
+            });
+            for (&(lane, number), chosen) in of[..count].iter().zip(chosen) {
+                found[number].set(lane, chosen);
+            }
+        }
     }
 
     #[inline(always)]
@@ -515,44 +540,6 @@ impl LightSelection<'_> {
             found.set(lane, chosen);
         }
         found
-    }
-
-    /// Selects for several numbers of each point: point by point, and those of one point in order.
-    #[inline(never)]
-    fn choose_for_lanes(
-        &self,
-        sites: &[ShadingPoint; LANES],
-        numbers: &[[[u32; LANES]; 2]],
-        wanted: u32,
-        found: &mut [ChosenLanes],
-    ) {
-        found.fill(ChosenLanes::NONE);
-        let count = numbers.len().min(found.len());
-        let of_lane = |lane: usize| (0..count).map(move |number| (lane, number));
-        let lanes = (0..LANES).filter(|lane| wanted >> lane & 1 == 1);
-        let mut all = lanes.flat_map(of_lane);
-        loop {
-            let (mut of, mut u, mut count) = ([(0, 0); TOGETHER], [0; TOGETHER], 0);
-            for (lane, number) in all.by_ref().take(TOGETHER) {
-                let [low, high] = numbers[number].each_ref().map(|words| u64::from(words[lane]));
-                (of[count], u[count]) = ((lane, number), high << 32 | low);
-                count += 1;
-            }
-            if count == 0 {
-                return;
-            }
-            let mut chosen = [None; TOGETHER];
-            self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
-                let mut lanes = [0; TOGETHER];
-                for (lane, place) in lanes.iter_mut().zip(places) {
-                    *lane = of[usize::from(*place)].0 as u8;
-                }
-                with_sampler!(sampler, s => s.sample_for(sites, &lanes[..u.len()], u, choices));
-            });
-            for (&(lane, number), chosen) in of[..count].iter().zip(chosen) {
-                found[number].set(lane, chosen);
-            }
-        }
     }
 }
 

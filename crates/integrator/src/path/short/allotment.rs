@@ -136,7 +136,7 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     };
     let tried = GAINS.map(|gain| (judge(gain), gain));
     let ((least, cost), gain) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
-    if least * LEAST_GAIN >= 1.0 {
+    if !(least * LEAST_GAIN < 1.0) {
         return None;
     }
     let number =
