@@ -77,6 +77,7 @@ impl Auto {
             left_out: plain.left_out.clone(),
             start: clock(),
             in_brief: false,
+            in_part: false,
             told: None,
         };
         race.run(&families)?;

@@ -6,7 +6,7 @@ use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
-use super::prior::{Known, RESAMPLING, prior};
+use super::prior::{Known, MANY_EMITTERS, RESAMPLING, prior};
 use super::short_gain::ShortGain;
 use super::short_looks::ShortLooks;
 use crate::path::reuse::SIDE;
@@ -38,6 +38,11 @@ const MANY_SAMPLES: u32 = 8;
 /// parts of the best one's, are not asked.
 const MOST_SHORT_GAIN: f64 = 3.0;
 
+/// The part of its frames that the choice by power gets first where a tree is likely to be far
+/// better, and by how much it must be, in cost times error.
+const PART: u32 = 4;
+const FAR: f64 = 8.0;
+
 /// What the cheapest candidate may cost, in samples of the plainest one.
 const MIN_COST: f64 = 0.1;
 
@@ -54,6 +59,9 @@ pub(super) struct Race<'r, 'a> {
     pub start: f64,
     /// Whether the plain method's images are of one sample: frames that share paths tell its error.
     pub in_brief: bool,
+    /// Whether the images of the first method, which chooses among many emitters by power, have few
+    /// frames: they show that a tree is far better.
+    pub in_part: bool,
     /// Paths with several emitter samples whose error is told by those with one, without images.
     pub told: Option<Method>,
 }
@@ -118,6 +126,9 @@ impl Race<'_, '_> {
         let mut done: Vec<(Method, Images)> = Vec::new();
         let (mut way, mut gains) = (0, None);
         self.in_brief = !self.task.by_clock && tells_plain(families);
+        let finite = self.features.area_emitters + self.features.delta_emitters;
+        self.in_part =
+            finite >= MANY_EMITTERS && families.first().is_some_and(|first| first.methods.len() > 1);
         for (place, family) in families.iter().enumerate() {
             // Dearer frames gain by the same light that pixels share; and by light at glossy
             // surfaces, which are not shared.
@@ -130,8 +141,11 @@ impl Race<'_, '_> {
             let tried = if place == 0 { all } else { same..same + 1 };
             for method in &family.methods[tried] {
                 let frames = self.plan.frames(FrameCost::at_first_sight(method));
-                let Some(frames) = frames.map(|frames| if self.in_brief && place == 0 { 1 } else { frames })
-                else {
+                let Some(frames) = frames.map(|frames| match done.len() {
+                    0 if self.in_brief => 1,
+                    0 if self.in_part => frames.div_ceil(PART),
+                    _ => frames,
+                }) else {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
                     continue;
                 };
@@ -160,14 +174,18 @@ impl Race<'_, '_> {
             if self.in_brief && !tells {
                 // Sharing was refused, or found no light.
                 self.in_brief = false;
-                let plain = done[0].0.clone();
-                let frames = self.plan.frames(FrameCost::at_first_sight(&plain)).unwrap_or(1);
-                let Some(images) = images(self.stage, &plain, frames, self.task.threads, self.cancel)? else {
+                if !self.render_first_in_full(&mut done)? {
                     return Ok(());
-                };
-                done[0].1 = images;
+                }
             }
             self.judge(&done);
+            if place == 0 && self.in_part && !self.is_first_far() {
+                self.in_part = false;
+                if !self.render_first_in_full(&mut done)? {
+                    return Ok(());
+                }
+                self.judge(&done);
+            }
             if place == 0 {
                 way = usize::from(self.best() > Some(0));
             }
@@ -176,6 +194,32 @@ impl Race<'_, '_> {
             }
         }
         self.foresee_short_paths(&done)
+    }
+
+    /// Whether the first candidate, emitters by power, is so far from a tree that more of its
+    /// images would not change the choice.
+    fn is_first_far(&self) -> bool {
+        let merits: Vec<f64> = self.trials.iter().map(Trial::merit).collect();
+        matches!(merits[..], [first, ref others @ ..] if others.iter().any(|other| first > FAR * other))
+    }
+
+    /// Renders the images of the first candidate with all frames of their share; whether it was not
+    /// interrupted.
+    fn render_first_in_full(&self, done: &mut [(Method, Images)]) -> Result<bool, MethodError> {
+        let (method, images_of_first) = &mut done[0];
+        let frames = self.plan.frames(FrameCost::at_first_sight(method)).unwrap_or(1);
+        let images = images(self.stage, method, frames, self.task.threads, self.cancel)?;
+        let is_whole = images.is_some();
+        if let Some(images) = images {
+            *images_of_first = images;
+        }
+        Ok(is_whole)
+    }
+
+    /// The images that show light and errors: not those of few frames that others stand for.
+    fn of_use<'d>(&self, done: &'d [(Method, Images)]) -> &'d [(Method, Images)] {
+        let is_first_left_out = (self.in_brief || self.in_part) && done.len() > 1;
+        &done[usize::from(is_first_left_out)..]
     }
 
     /// Adds what short paths bring, where that may change the choice, and paths with several
@@ -260,9 +304,10 @@ impl Race<'_, '_> {
 
     /// The weights of pixels in relative errors.
     fn weights(&self, done: &[(Method, Images)]) -> Vec<f64> {
-        // One sample in each pixel shows nothing.
-        let of_use = &done[usize::from(self.in_brief)..];
-        let shown = of_use.iter().filter(|(method, _)| method.name() != RESAMPLING);
+        let shown = self
+            .of_use(done)
+            .iter()
+            .filter(|(method, _)| method.name() != RESAMPLING);
         let width = self.plan.size(self.task.size)[0];
         weights(shown.map(|(_, images)| (images, 1.0)), width as usize)
     }
@@ -279,9 +324,8 @@ impl Race<'_, '_> {
         let shared = done.iter().find(|(method, _)| shares(method));
         let path = rays_of_paths(done);
         let weights = self.weights(done);
-        let of_use = &done[usize::from(self.in_brief)..];
         let shows = |(_, images): &(Method, Images)| !images.is_lit() || images.shows_outliers();
-        let shows_outliers = of_use.iter().all(shows);
+        let shows_outliers = self.of_use(done).iter().all(shows);
         let pixels = |frames: u32| self.pixels(frames);
         let certain = |(method, images): &(Method, Images)| {
             // Up to all pixels of a square share a bright path.

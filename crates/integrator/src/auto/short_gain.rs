@@ -37,6 +37,13 @@ impl ShortGain {
         error: 1.0,
     };
 
+    /// Where all error is of short paths, one of each frame: what more frames bring.
+    pub(super) fn by_strata(frames: [f64; 2], known: u32) -> Self {
+        let [then, now] = frames.map(|frames| stratified(frames, f64::from(known)));
+        let error = now / then;
+        Self { cost: 1.0, error }
+    }
+
     /// The gain in an image of `frames` frames. `errors` are those of one frame, measured by images
     /// of `tried` frames.
     pub(super) fn of(

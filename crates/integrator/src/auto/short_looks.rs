@@ -3,12 +3,20 @@
 use super::choice::Trial;
 use super::short_gain::{Errors, ShortGain, certain_means, replaced, stratified};
 use crate::LightChoosing;
-use crate::path::short::{Foreseen, ShortLook};
+use crate::path::short::{Foreseen, LongPaths, ShortLook};
 use crate::registry::{Method, MethodError, Stage};
 
 /// The least variance of a path's light with several emitter samples, times their number, in parts
 /// of that with one: samples at one point are strata of the emitters. `warehouse` has 0.6.
 const STRATIFIED_EMITTERS: f64 = 0.3;
+
+/// Samples that frames of a method have in each pixel, where short paths may have several.
+fn shared_samples(method: &Method, frames: f64) -> f64 {
+    match method.values().several_short_paths() {
+        true => f64::from(method.shared_frames()) * frames,
+        false => 0.0,
+    }
+}
 
 /// Looks at short paths, one for each way to sample emitters.
 pub(super) struct ShortLooks<'r, 'a> {
@@ -41,15 +49,42 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         let own = method.values().light_samples();
         // Several short paths have one emitter sample each, or as many as the method's own.
         let [of_paths, of_one] = [self.look(method, own)?, self.look(method, 1)?];
-        let has_several = method.values().several_short_paths();
-        let shared = f64::from(method.shared_frames());
-        let samples = if has_several {
-            (shared * frames).round() as u32
-        } else {
-            0
+        let samples = shared_samples(method, frames).round() as u32;
+        let look = self.known[of_one]
+            .look
+            .with_kinds(own, &self.known[of_paths].look);
+        Ok(Some(look.foreseen(long, samples, own)))
+    }
+
+    /// [`gain`](Self::gain) where no paths are longer than short ones: an image too small for a
+    /// pilot needs no look, and paths with several emitter samples are looked at where an image
+    /// would look at them.
+    fn gain_of_all(
+        &mut self,
+        trial: &Trial,
+        long: LongPaths,
+        frames: f64,
+        weights: &[f64],
+    ) -> Result<ShortGain, MethodError> {
+        let own = trial.method.values().light_samples();
+        let samples = shared_samples(&trial.method, frames).round() as u32;
+        let frames = [f64::from(trial.frames), frames];
+        let none = ShortGain::by_strata(frames, self.of_set as u32);
+        if !ShortLook::may_be_alone_in(samples.saturating_mul(long.paths), own) {
+            return Ok(none);
+        }
+        let of_one = self.look(&trial.method, 1)?;
+        let of_one = &self.known[of_one].look;
+        let compared = match own {
+            1 => None,
+            _ => match trial.method.compared_short_look(self.stage, of_one, long)? {
+                None => return Ok(none),
+                compared => compared,
+            },
         };
-        let of_paths = (own, &self.known[of_paths].look);
-        Ok(Some(self.known[of_one].look.foreseen(long, samples, of_paths)))
+        let foreseen = compared.as_ref().unwrap_or(of_one).foreseen(long, samples, own);
+        // All of the error is of short paths, so a part of it is left, however great it is.
+        Ok(ShortGain::of(&foreseen, [1.0; 2], frames, weights))
     }
 
     /// The place of a look at a method's short paths with so many emitter samples.
@@ -70,6 +105,14 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
 
     /// The gain of a trial's method in an image of `frames` frames.
     pub fn gain(&mut self, trial: &Trial, frames: f64, weights: &[f64]) -> Result<ShortGain, MethodError> {
+        let longest = self.stage.scene().settings().max_depth.unwrap_or(u32::MAX);
+        if let Some(long) = trial
+            .method
+            .long_paths(self.stage)
+            .filter(|_| ShortLook::are_short(longest))
+        {
+            return self.gain_of_all(trial, long, frames, weights);
+        }
         let Some(foreseen) = self.foreseen(&trial.method, frames)? else {
             return Ok(ShortGain::NONE);
         };
@@ -201,6 +244,37 @@ mod tests {
         assert!(least[0] < told[0] && least[1] < told[1], "{least:?} {told:?}");
         for (told, found) in told.into_iter().zip([trials[1].error, trials[1].relative]) {
             assert!((0.75..1.33).contains(&(told / found)), "{told} {found}");
+        }
+    }
+
+    /// Of paths of two edges, an image too small for a pilot is told without a look, and paths with
+    /// several emitter samples gain about what a look at all pixels would tell.
+    /// Planted faults: the look asked for in any image; kinds of paths with one sample.
+    #[test]
+    fn images_of_short_paths_alone_need_few_looks() {
+        let mut description = builtin::cornell();
+        (description.settings.width, description.settings.height) = (64, 48);
+        description.settings.max_depth = Some(2);
+        let scene = Scene::new(&description).unwrap();
+        let stage = Stage::new(&scene);
+        let methods = ["path", "path:light-samples=4"].map(|text| text.parse::<Method>().unwrap());
+        let weights = vec![1.0; 64 * 48];
+        for (number, method) in methods.iter().enumerate() {
+            let trial = Trial::of_errors(method.clone(), 4, [1.0; 2]);
+            let mut looks = ShortLooks::new(&stage, 4);
+            let small = looks.gain(&trial, 12.0, &weights).unwrap();
+            assert!(looks.known.is_empty());
+            assert_eq!(small, ShortGain::by_strata([4.0, 12.0], 4));
+            let large = looks.gain(&trial, 4096.0, &weights).unwrap();
+            assert_eq!(looks.known.len(), 1, "{number}: a look at one sample");
+            let told = looks.foreseen(method, 4096.0).unwrap().unwrap();
+            let told = ShortGain::of(&told, [1.0; 2], [4.0, 4096.0], &weights);
+            let ratios = [large.cost / told.cost, large.error / told.error];
+            assert!(
+                ratios.iter().all(|ratio| (0.8..1.25).contains(ratio)),
+                "{number}: {large:?} {told:?}"
+            );
+            assert!(large.cost > 1.0, "{number}: {large:?}");
         }
     }
 }

@@ -289,6 +289,45 @@ fn several_emitters_are_sampled() {
     );
 }
 
+/// Few frames show that emitters by power are far worse than by a tree; where they are not, as
+/// among small lamps side by side, they have all frames of their share.
+/// Planted faults: few frames always; few frames never.
+#[test]
+fn power_is_tried_in_part_where_a_tree_is_far_better() {
+    let frames = |scene: &mut Scene, samples: u32| {
+        let task = AutoTask::new([48, 32], samples);
+        let plan = task.plan().unwrap();
+        let choice = auto("auto").choose(scene, &task, &AtomicBool::new(false));
+        let choice = choice.unwrap();
+        assert_eq!(choice.trials[0].method.to_string(), "path");
+        assert_eq!(choice.trials[1].method.to_string(), "path:bvh");
+        ([choice.trials[0].frames, plan.samples], choice)
+    };
+    let mut far = scene("candles");
+    let ([tried, all], choice) = frames(&mut far, 4 * ENOUGH);
+    assert!(all >= 8 && tried == all.div_ceil(4), "{tried} of {all}");
+    assert!(choice.trials[0].merit() > 8.0 * choice.trials[1].merit());
+    let mut description = builtin::cornell();
+    (description.settings.width, description.settings.height) = (48, 32);
+    description.settings.max_depth = Some(2);
+    for number in 0..80 {
+        let [x, z] = [number % 10, number / 10].map(|n| 0.04 * n as f32 - 0.2);
+        description.shapes.push(ShapeDescription {
+            name: format!("lamp {number}"),
+            geometry: Geometry::Sphere(SphereGeometry {
+                center: [x, 0.9, z].into(),
+                radius: 0.01,
+                flip_normals: false,
+            }),
+            material: 0,
+            emission: Some(Rgb::splat(100.0)),
+        });
+    }
+    let mut near = Scene::new(&description).unwrap();
+    let ([tried, all], choice) = frames(&mut near, 4 * ENOUGH);
+    assert_eq!(tried, all, "{:?}", choice.trials);
+}
+
 /// A candidate that found no light in the pilot has no error, and is the worst all the same.
 #[test]
 fn darkness_has_no_merit() {

@@ -142,12 +142,23 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
 
     /// What a pilot sees of short paths, with so many in each of its sets.
     pub(crate) fn short_look(&self, of_set: usize) -> ShortLook {
-        let tracer = ShortTracer {
+        ShortLook::new(&self.short_tracer(), of_set)
+    }
+
+    /// The same with a look at paths with several samples of the emitters, in the pixels in which
+    /// short paths with one may take their place; `None` where they gain too little anywhere.
+    pub(crate) fn compared_short_look(&self, of_one: &ShortLook, long: LongPaths) -> Option<ShortLook> {
+        let mut look = of_one.clone();
+        look.compare(&self.short_tracer(), long)?;
+        Some(look)
+    }
+
+    fn short_tracer(&self) -> ShortTracer<'_, 'a, S> {
+        ShortTracer {
             transport: &self.transport,
             visible: self.visible.as_deref(),
             samples_once: false,
-        };
-        ShortLook::new(&tracer, of_set)
+        }
     }
 }
 

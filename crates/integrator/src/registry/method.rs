@@ -8,7 +8,7 @@ use super::methods::{METHODS, PATH_REUSE, RESTIR_PT_OFFLINE};
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
-use super::starts::{path_reuse, short_look};
+use super::starts::{compared_short_look, path_reuse, short_look};
 use crate::guided::GuideKind;
 use crate::path::short::{LongPaths, ShortLook};
 use crate::{AnyEmitters, OfflineSplit, PathReuse};
@@ -223,6 +223,19 @@ impl Method {
     ) -> Result<ShortLook, MethodError> {
         self.check_start(stage)?;
         let look = short_look(stage, &self.values, emitter_samples, of_set);
+        look.map_err(|reason| self.refused(reason))
+    }
+
+    /// A look at paths with one emitter sample, with one beside it at this method's own where short
+    /// paths may take their place; `None` where they gain too little.
+    pub(crate) fn compared_short_look(
+        &self,
+        stage: &Stage<'_>,
+        of_one: &ShortLook,
+        long: LongPaths,
+    ) -> Result<Option<ShortLook>, MethodError> {
+        self.check_start(stage)?;
+        let look = compared_short_look(stage, &self.values, of_one, long);
         look.map_err(|reason| self.refused(reason))
     }
 

@@ -3,7 +3,7 @@
 use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
-use crate::path::short::ShortLook;
+use crate::path::short::{LongPaths, ShortLook};
 use crate::{
     AnyEmitters, CachedPaths, CachedPathsOptions, EmitterSampler, GuidedPaths, GuidedPathsOptions, Mixture,
     PathGuiding, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirPt, RestirPtOffline,
@@ -114,6 +114,18 @@ pub(super) fn short_look(
 ) -> Result<ShortLook, String> {
     let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
     Ok(tracer.with_emitter_samples(emitter_samples).short_look(of_set))
+}
+
+/// The look at paths with one emitter sample, with one at the method's own beside it; `None` where
+/// short paths gain too little.
+pub(super) fn compared_short_look(
+    stage: &Stage<'_>,
+    values: &MethodValues,
+    of_one: &ShortLook,
+    long: LongPaths,
+) -> Result<Option<ShortLook>, String> {
+    let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
+    Ok(tracer.compared_short_look(of_one, long))
 }
 
 /// Paths of two edges.

@@ -242,7 +242,7 @@ impl ShortLook {
 
     /// Looks at paths with several samples of the emitters, too, where short paths may take their
     /// place. `None` where they gain too little anywhere.
-    fn compare<S: EmitterSampler>(
+    pub fn compare<S: EmitterSampler>(
         &mut self,
         of_paths: &ShortTracer<'_, '_, S>,
         long: LongPaths,
@@ -286,7 +286,7 @@ impl ShortLook {
 
     /// Whether there are no longer paths.
     fn are_all(&self) -> bool {
-        self.longest <= SHORT
+        Self::are_short(self.longest)
     }
 
     /// The samples that pixels get beside such longer paths, which have `own` samples of the
@@ -302,38 +302,44 @@ impl ShortLook {
 
     /// The samples that pixels get in an image of `samples` paths, and the part of its work that
     /// the pilot costs. `None` where that is too much, or short paths gain too little.
-    fn of_image(
-        &self,
-        long: LongPaths,
-        samples: u32,
-        (own, of_paths): (u32, &Self),
-    ) -> Option<(Allotment, f32)> {
+    fn of_image(&self, long: LongPaths, samples: u32, own: u32) -> Option<(Allotment, f32)> {
         let costs = self.costs.beside(own);
         let of_set = pilot::paths_of_set(samples, self.longest, costs)?;
-        let allotment = match own {
-            1 => self.allot(long, own),
-            _ => {
-                let mut look = self.clone();
-                let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
-                look.choose_kinds(own, &of_paths);
-                look.allot(long, own)
-            }
-        }?;
+        let allotment = self.allot(long, own)?;
         let pilot = pilot::share(samples, self.longest, costs, of_set);
         Some((allotment, pilot))
     }
 
+    /// With the kinds of short paths that take the place of paths with `own` samples of the
+    /// emitters. `of_paths` is a look at those, in the same pixels.
+    pub fn with_kinds(&self, own: u32, of_paths: &Self) -> Self {
+        let mut look = self.clone();
+        if own > 1 {
+            let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
+            look.choose_kinds(own, &of_paths);
+        }
+        look
+    }
+
+    /// Whether an image of so many short paths with `own` samples of the emitters, and no longer
+    /// ones, may have a pilot, as far as that is known without a look.
+    pub fn may_be_alone_in(samples: u32, own: u32) -> bool {
+        pilot::may_be_in(samples, SHORT, own)
+    }
+
+    /// Whether paths of at most `longest` edges are all short.
+    pub fn are_short(longest: u32) -> bool {
+        longest <= SHORT
+    }
+
     /// What short paths do in an image of `samples` samples, or frames, in each pixel, beside paths
-    /// with `own` samples of the emitters. `of_paths` is a look at those, in the same pixels.
-    pub fn foreseen(&self, long: LongPaths, samples: u32, (own, of_paths): (u32, &Self)) -> Foreseen {
-        let of_image = self.of_image(long, samples.saturating_mul(long.paths), (own, of_paths));
+    /// with `own` samples of the emitters, whose kinds are chosen.
+    pub fn foreseen(&self, long: LongPaths, samples: u32, own: u32) -> Foreseen {
+        let of_image = self.of_image(long, samples.saturating_mul(long.paths), own);
         let allotment = of_image.as_ref().map(|(allotment, _)| allotment);
-        let one = of_paths.seen.iter().map(Seen::short_variance);
+        let one = self.seen.iter().map(|seen| seen.short_variance() / seen.own);
         let variances = one.enumerate().map(|(pixel, one)| {
-            // Paths with several samples of the emitters have been looked at themselves.
-            let is_judged = |allotment: &&Allotment| own == 1 || allotment.samples[pixel] > 0;
-            let apart = allotment.filter(is_judged);
-            let left = apart.map(|allotment| allotment.left[pixel] / 3.0);
+            let left = allotment.map(|allotment| allotment.left[pixel] / 3.0);
             [one, left.unwrap_or(one)]
         });
         Foreseen {

@@ -158,6 +158,16 @@ pub fn paths_of_set(samples: u32, longest: u32, costs: PathCosts) -> Option<usiz
     OF_SET.into_iter().rev().find(fits).filter(|_| longest > 0)
 }
 
+/// Whether an image of so many paths, with `own` samples of the emitters, may have a pilot: most
+/// images of few samples need not look at all.
+pub fn may_be_in(samples: u32, longest: u32, own: u32) -> bool {
+    let least = PathCosts {
+        short: if longest > SHORT { CHEAPEST } else { 1.0 },
+        ..PathCosts::ONE
+    };
+    paths_of_set(samples, longest, least.beside(own)).is_some()
+}
+
 /// [`paths_of_set`] in a scene, whose paths' costs are found first, in few blocks. The image's have
 /// `own` samples of the emitters.
 pub fn paths_of_set_in<S: EmitterSampler>(
@@ -166,12 +176,9 @@ pub fn paths_of_set_in<S: EmitterSampler>(
     own: u32,
 ) -> Option<usize> {
     let longest = tracer.transport.max_depth;
-    // Most images of few samples need not look at all.
-    let least = PathCosts {
-        short: if longest > SHORT { CHEAPEST } else { 1.0 },
-        ..PathCosts::ONE
-    };
-    paths_of_set(samples, longest, least.beside(own))?;
+    if !may_be_in(samples, longest, own) {
+        return None;
+    }
     let blocks = few_blocks(image_size(tracer));
     let looked = look_at_all(tracer, LEAST_OF_SET, blocks);
     paths_of_set(samples, longest, costs(&looked, longest).beside(own))
