@@ -69,20 +69,18 @@ impl<'r, 'a> ShortLooks<'r, 'a> {
         let own = trial.method.values().light_samples();
         let samples = shared_samples(&trial.method, frames).round() as u32;
         let frames = [f64::from(trial.frames), frames];
-        let none = ShortGain::by_strata(frames, self.of_set as u32);
         if !ShortLook::may_be_alone_in(samples.saturating_mul(long.paths), own) {
-            return Ok(none);
+            return Ok(ShortGain::by_strata(frames, self.of_set as u32));
         }
         let of_one = self.look(&trial.method, 1)?;
         let of_one = &self.known[of_one].look;
-        let compared = match own {
-            1 => None,
-            _ => match trial.method.compared_short_look(self.stage, of_one, long)? {
-                None => return Ok(none),
-                compared => compared,
-            },
+        let foreseen = match own {
+            1 => of_one.foreseen(long, samples, own),
+            _ => {
+                let look = trial.method.compared_short_look(self.stage, of_one, long)?;
+                look.foreseen(long, samples, own)
+            }
         };
-        let foreseen = compared.as_ref().unwrap_or(of_one).foreseen(long, samples, own);
         // All of the error is of short paths, so a part of it is left, however great it is.
         Ok(ShortGain::of(&foreseen, [1.0; 2], frames, weights))
     }

@@ -146,11 +146,11 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
     }
 
     /// The same with a look at paths with several samples of the emitters, in the pixels in which
-    /// short paths with one may take their place; `None` where they gain too little anywhere.
-    pub(crate) fn compared_short_look(&self, of_one: &ShortLook, long: LongPaths) -> Option<ShortLook> {
+    /// short paths with one may take their place.
+    pub(crate) fn compared_short_look(&self, of_one: &ShortLook, long: LongPaths) -> ShortLook {
         let mut look = of_one.clone();
-        look.compare(&self.short_tracer(), long)?;
-        Some(look)
+        look.compare_at_least_somewhere(&self.short_tracer(), long);
+        look
     }
 
     fn short_tracer(&self) -> ShortTracer<'_, 'a, S> {

@@ -227,13 +227,13 @@ impl Method {
     }
 
     /// A look at paths with one emitter sample, with one beside it at this method's own where short
-    /// paths may take their place; `None` where they gain too little.
+    /// paths may take their place.
     pub(crate) fn compared_short_look(
         &self,
         stage: &Stage<'_>,
         of_one: &ShortLook,
         long: LongPaths,
-    ) -> Result<Option<ShortLook>, MethodError> {
+    ) -> Result<ShortLook, MethodError> {
         self.check_start(stage)?;
         let look = compared_short_look(stage, &self.values, of_one, long);
         look.map_err(|reason| self.refused(reason))

@@ -116,14 +116,14 @@ pub(super) fn short_look(
     Ok(tracer.with_emitter_samples(emitter_samples).short_look(of_set))
 }
 
-/// The look at paths with one emitter sample, with one at the method's own beside it; `None` where
-/// short paths gain too little.
+/// The look at paths with one emitter sample, with one at the method's own beside it where short
+/// paths may take their place.
 pub(super) fn compared_short_look(
     stage: &Stage<'_>,
     values: &MethodValues,
     of_one: &ShortLook,
     long: LongPaths,
-) -> Result<Option<ShortLook>, String> {
+) -> Result<ShortLook, String> {
     let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
     Ok(tracer.compared_short_look(of_one, long))
 }

@@ -1,6 +1,6 @@
 //! How many short paths each pixel gets.
 
-use super::pilot::{PathCosts, Seen};
+use super::pilot::{Chosen, PathCosts, Seen};
 use super::rank::{GAINS, Part, Rank, Sums};
 use std::ops::AddAssign;
 
@@ -57,9 +57,8 @@ pub struct Allotment {
 /// take away. All powers of two are tried. Numbers that follow from one half of the pilot are
 /// judged by the other: a bright path that the half has not met counts as an error that they leave.
 ///
-/// A path of the method's own that has several samples of the emitters has the error of as many
-/// short paths as [`Seen::own`] says: about one at edges, and more where emitters are hard to
-/// choose.
+/// Short paths may have as many samples of the emitters as the method's own, or one. Each half
+/// chooses for itself, and is judged by the other here as well.
 pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs) -> Option<Allotment> {
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
@@ -69,12 +68,12 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let darkest = DARKEST * mean(&|i| brightness[i]);
     let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
+    let own_of = |i: usize| f64::from(seen[i].own[0] + seen[i].own[1]) / 2.0;
     let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
     let least_long = least_long(seen, costs.is_replaced);
-    let own_of = |i: usize| f64::from(seen[i].own);
     let errors = |weight: &dyn Fn(usize) -> f64| {
         let short = mean(&|i| weight(i) * short_of(i));
-        let own = mean(&|i| weight(i) * short_of(i) / own_of(i));
+        let own = mean(&|i| weight(i) * own_of(i));
         let long = match costs.is_replaced {
             true => 0.0,
             false => mean(&|i| weight(i) * long_of(i)),
@@ -90,34 +89,40 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
         .map(|i| (1.0 / all + weight(i) / all_relative) / 2.0)
         .collect();
     let rest = (long / all + long_relative / all_relative) / 2.0;
-    let halves = [0, 1].map(|half| {
-        let near = smooth(seen, [width, height], |seen| seen.short[half]);
+    // What numbers follow from.
+    let near = |half: usize, has_all: &dyn Fn(&Chosen) -> bool| {
+        let near = smooth(seen, [width, height], |seen| {
+            seen.variance(has_all(&seen.has_all))[half]
+        });
         let shares = near.iter().zip(&share).map(|(variance, share)| variance * share);
         shares.collect::<Vec<f64>>()
-    });
+    };
+    let halves = [0, 1].map(|half| near(half, &|chosen| chosen.by_half[half]));
     // Bounds on the numbers of a pixel.
     let bounds = |has_all: bool| {
         let own = if has_all { 1 } else { costs.own };
         (own, MOST.saturating_mul(own).min(MOST_OF_ANY))
     };
-    let rank = |pixel: usize, variance: f64| Rank::of(variance, f64::from(seen[pixel].cost));
     let own_cost = f64::from(PathCosts::ONE.beside(costs.own).whole);
+    let cost_of = |pixel: usize, has_all: bool| {
+        let cost = f64::from(seen[pixel].cost);
+        if has_all { own_cost * cost } else { cost }
+    };
+    let rank = |pixel: usize, has_all: bool, variance: f64| Rank::of(variance, cost_of(pixel, has_all));
     let mut sums = [false, true].map(|has_all| (has_all, Sums::default()));
     for (half, numbers) in halves.iter().enumerate() {
         for (pixel, &variance) in numbers.iter().enumerate() {
-            let of_pixel = &seen[pixel];
+            let has_all = seen[pixel].has_all.by_half[half];
             // By the numbers of one half, what the other half's variance becomes.
-            let short = share[pixel] * f64::from(of_pixel.short[1 - half]);
-            let cost = f64::from(of_pixel.cost);
+            let judged = |has_all: bool| share[pixel] * f64::from(seen[pixel].variance(has_all)[1 - half]);
             let part = Part {
-                short,
-                own: short / own_of(pixel),
-                cost,
-                own_cost: if of_pixel.has_all { cost } else { own_cost * cost },
+                short: judged(has_all),
+                own: judged(true),
+                cost: cost_of(pixel, has_all),
+                own_cost: cost_of(pixel, true),
             };
-            sums[usize::from(of_pixel.has_all)]
-                .1
-                .add(rank(pixel, variance), part);
+            let rank = rank(pixel, has_all, variance);
+            sums[usize::from(has_all)].1.add(rank, part);
         }
     }
     let judge = |gain: i32| {
@@ -139,12 +144,24 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     if !(least * LEAST_GAIN < 1.0) {
         return None;
     }
-    let number =
-        |pixel: usize, variance: f64| rank(pixel, variance).samples(gain, bounds(seen[pixel].has_all));
-    let samples = (0..seen.len()).map(|i| number(i, (halves[0][i] + halves[1][i]) / 2.0) as u16);
+    let number = |pixel: usize, has_all: bool, variance: f64| {
+        rank(pixel, has_all, variance).samples(gain, bounds(has_all))
+    };
+    let of_both = match costs.own {
+        1 => halves.clone(),
+        _ => [0, 1].map(|half| near(half, &|chosen| chosen.by_both)),
+    };
+    let samples = (0..seen.len()).map(|i| {
+        let variance = (of_both[0][i] + of_both[1][i]) / 2.0;
+        number(i, seen[i].has_all.by_both, variance) as u16
+    });
     let left = |half: usize, pixel: usize| {
-        let samples = f64::from(number(pixel, halves[half][pixel]));
-        f64::from(seen[pixel].short[1 - half]) / samples.max(own_of(pixel))
+        let has_all = seen[pixel].has_all.by_half[half];
+        let left = |has_all: bool| f64::from(seen[pixel].variance(has_all)[1 - half]);
+        match number(pixel, has_all, halves[half][pixel]) {
+            0 => left(true),
+            samples => left(has_all) / f64::from(samples),
+        }
     };
     Some(Allotment {
         samples: samples.collect(),
@@ -206,12 +223,12 @@ mod tests {
         let places = (0..SIZE[0] * SIZE[1]).map(|i| (i % SIZE[0], i / SIZE[0]));
         let seen = places.map(|(x, y)| Seen {
             short: short(x, y),
+            own: short(x, y),
             long: 0.01,
             brightness: 0.75,
             long_brightness: 0.25,
             cost: 1.0,
-            own: 1.0,
-            has_all: false,
+            has_all: Chosen::default(),
         });
         seen.collect()
     }
@@ -255,7 +272,11 @@ mod tests {
         };
         let mut seen = image(|x, _| if x == 10 { [400.0; 2] } else { [4.0; 2] });
         for (pixel, seen) in seen.iter_mut().enumerate() {
-            seen.own = if pixel % SIZE[0] == 10 { 1.0 } else { 4.0 };
+            seen.own = if pixel % SIZE[0] == 10 {
+                seen.short
+            } else {
+                [1.0; 2]
+            };
         }
         let samples = allot(&seen, SIZE, 1.0, costs).unwrap().samples;
         for (pixel, &samples) in samples.iter().enumerate() {

@@ -20,7 +20,7 @@ use allotment::{Allotment, Costs, allot, least_long, near_sums};
 use lightshed_film::{MAX_BATCH, RayTally, SampleId};
 use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
-use pilot::{PathCosts, Seen};
+use pilot::{Chosen, PathCosts, Seen};
 
 /// Estimates the light of paths of at most [`SHORT`] edges by several samples in the pixels where
 /// that pays, in place of the one that belongs to a longer path:
@@ -107,7 +107,7 @@ impl ShortPaths {
         let samples = look.allot(long, own)?.samples;
         let several = samples.iter().zip(&look.seen).map(|(&samples, seen)| Several {
             samples,
-            has_all: seen.has_all,
+            has_all: seen.has_all.by_both,
         });
         let several = (0u32..).zip(several).filter(|(_, several)| several.samples > 0);
         let settings = transport.scene.settings();
@@ -186,6 +186,9 @@ impl ShortPaths {
     }
 }
 
+/// One pixel of so many varies most.
+const ONE_VARYING_OF: usize = 8;
+
 /// What a pilot has seen of short paths.
 #[derive(Clone)]
 pub(crate) struct ShortLook {
@@ -230,11 +233,11 @@ impl ShortLook {
         let mut look = self.clone();
         if own > 1 {
             for seen in &mut look.seen {
-                let expected = Seen {
-                    short: seen.short.map(|short| short / (own as f32).sqrt()),
-                    ..*seen
+                seen.own = seen.short.map(|short| short / (own as f32).sqrt());
+                seen.has_all = Chosen {
+                    by_half: [true; 2],
+                    by_both: true,
                 };
-                *seen = seen.with_all(&expected, own);
             }
         }
         look
@@ -242,15 +245,63 @@ impl ShortLook {
 
     /// Looks at paths with several samples of the emitters, too, where short paths may take their
     /// place. `None` where they gain too little anywhere.
-    pub fn compare<S: EmitterSampler>(
+    fn compare<S: EmitterSampler>(
         &mut self,
         of_paths: &ShortTracer<'_, '_, S>,
         long: LongPaths,
     ) -> Option<()> {
         let own = of_paths.transport.emitter_samples;
+        let places = self.promising(own, long)?;
+        self.compare_at(places, of_paths);
+        Some(())
+    }
+
+    /// The same in the pilot of another choice: where they seem to gain too little, it looks where
+    /// light varies most. There one emitter sample may be as good as several, which is not known
+    /// yet.
+    pub fn compare_at_least_somewhere<S: EmitterSampler>(
+        &mut self,
+        of_paths: &ShortTracer<'_, '_, S>,
+        long: LongPaths,
+    ) {
+        let own = of_paths.transport.emitter_samples;
+        let places = self.promising(own, long);
+        self.compare_at(places.unwrap_or_else(|| self.most_varying()), of_paths);
+    }
+
+    /// The pixels in which short paths may take the place of paths with `own` emitter samples;
+    /// `None` where they gain too little.
+    fn promising(&self, own: u32, long: LongPaths) -> Option<Vec<usize>> {
         let samples = self.as_if_compared(own).allot(long, own)?.samples;
         let may_be = samples.iter().enumerate().filter(|(_, samples)| **samples > 0);
-        let places: Vec<usize> = may_be.map(|(place, _)| place).collect();
+        Some(may_be.map(|(place, _)| place).collect())
+    }
+
+    /// The pixels around which short paths vary most, and most for their brightness: one of
+    /// [`ONE_VARYING_OF`] each.
+    fn most_varying(&self) -> Vec<usize> {
+        let near = near_sums(self.size, |pixel| {
+            let seen = &self.seen[pixel];
+            [seen.short[0] + seen.short[1], seen.brightness]
+        });
+        let count = near.len() / ONE_VARYING_OF;
+        let mut is_taken = vec![false; near.len()];
+        for is_relative in [false, true] {
+            let key = |&pixel: &usize| {
+                let [variance, brightness] = near[pixel];
+                let scale = if is_relative { brightness * brightness } else { 1.0 };
+                if variance > 0.0 { variance / scale } else { 0.0 }
+            };
+            let mut pixels: Vec<usize> = (0..near.len()).collect();
+            pixels.sort_by(|a, b| key(b).total_cmp(&key(a)));
+            pixels[..count].iter().for_each(|&pixel| is_taken[pixel] = true);
+        }
+        let taken = is_taken.into_iter().enumerate().filter(|(_, is_taken)| *is_taken);
+        taken.map(|(pixel, _)| pixel).collect()
+    }
+
+    fn compare_at<S: EmitterSampler>(&mut self, places: Vec<usize>, of_paths: &ShortTracer<'_, '_, S>) {
+        let own = of_paths.transport.emitter_samples;
         let [width, _] = self.size;
         let pixel = |place: &usize| [place % width, place / width].map(|at| at as u32);
         let pixels: Vec<[u32; 2]> = places.iter().map(pixel).collect();
@@ -262,25 +313,36 @@ impl ShortLook {
             looked[place] = Some(seen);
         }
         self.choose_kinds(own, &looked);
-        Some(())
     }
 
     /// Chooses what short paths take the place of a path with `own` samples of the emitters: those
     /// with one, or with as many, whichever have the lesser product of cost and variance in a pixel
     /// and its neighbours. `of_paths` has seen the latter. Where it has not, a path is taken to be
     /// worth as many short ones as it has samples.
+    ///
+    /// Each half chooses for itself: the lesser of two variances of few samples is less than either
+    /// will be, so that only the other half can judge it.
     fn choose_kinds(&mut self, own: u32, of_paths: &[Option<Seen>]) {
-        let sums = near_sums(self.size, |pixel| {
-            let variances = |of_path: Seen| [&self.seen[pixel], &of_path].map(Seen::short_variance);
-            of_paths[pixel].map_or([0.0; 2], variances)
+        let sums = [0, 1].map(|half| {
+            near_sums(self.size, |pixel| {
+                let of_path = of_paths[pixel].map(|of_path| of_path.short[half]);
+                of_path.map_or([0.0; 2], |of_path| [self.seen[pixel].short[half], of_path])
+            })
         });
         let cost = PathCosts::ONE.beside(own).whole;
-        for ((seen, of_path), [short, all]) in self.seen.iter_mut().zip(of_paths).zip(sums) {
-            match of_path {
-                Some(of_path) if all * cost < short => *seen = seen.with_all(of_path, own),
-                Some(_) if short > 0.0 => seen.own = (short / all).clamp(1.0, own as f32),
-                _ => seen.own = own as f32,
-            }
+        let has_all = |[short, all]: [f32; 2]| all * cost < short;
+        for (pixel, (seen, of_path)) in self.seen.iter_mut().zip(of_paths).enumerate() {
+            let Some(of_path) = of_path else {
+                seen.own = seen.short.map(|short| short / own as f32);
+                seen.has_all = Chosen::default();
+                continue;
+            };
+            let [first, second] = sums.each_ref().map(|sums| sums[pixel]);
+            seen.own = of_path.short;
+            seen.has_all = Chosen {
+                by_half: [first, second].map(has_all),
+                by_both: has_all([first[0] + second[0], first[1] + second[1]]),
+            };
         }
     }
 
@@ -337,7 +399,7 @@ impl ShortLook {
     pub fn foreseen(&self, long: LongPaths, samples: u32, own: u32) -> Foreseen {
         let of_image = self.of_image(long, samples.saturating_mul(long.paths), own);
         let allotment = of_image.as_ref().map(|(allotment, _)| allotment);
-        let one = self.seen.iter().map(|seen| seen.short_variance() / seen.own);
+        let one = self.seen.iter().map(Seen::own_variance);
         let variances = one.enumerate().map(|(pixel, one)| {
             let left = allotment.map(|allotment| allotment.left[pixel] / 3.0);
             [one, left.unwrap_or(one)]

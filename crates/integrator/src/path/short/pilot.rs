@@ -11,65 +11,53 @@ use std::mem;
 use std::ops::Range;
 
 /// What is known of a pixel. Variances are those of one path, summed over colours.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seen {
-    /// Variance of the light of short paths, stratified as in an image, as each half of the pilot
-    /// has found it; twice the first one's before the second.
+    /// Variance of the light of short paths with one sample of the emitters, stratified as in an
+    /// image, as each half of the pilot has found it; twice the first one's before the second.
     pub short: [f32; 2],
+    /// The same with as many samples of the emitters as the method's own paths have.
+    pub own: [f32; 2],
     /// Variance of the light of all longer paths, in the mean over some pixels of its block.
     pub long: f32,
     /// Mean radiance by short paths, the sum of the colours.
     pub brightness: f32,
     /// That by longer paths, in the same mean as their variance.
     pub long_brightness: f32,
-    /// Rays of a short path, in the mean over this pixel and some beside it.
+    /// Rays of a short path with one sample of the emitters, in the mean over this pixel and some
+    /// beside it.
     pub cost: f32,
-    /// Short paths that have together the variance of one of the method's own, which may have
-    /// several samples of the emitters.
-    pub own: f32,
     /// Whether short paths have as many samples of the emitters as the method's own, and not one.
-    pub has_all: bool,
+    pub has_all: Chosen,
 }
 
-impl Default for Seen {
-    fn default() -> Self {
-        Self {
-            short: [0.0; 2],
-            long: 0.0,
-            brightness: 0.0,
-            long_brightness: 0.0,
-            cost: 0.0,
-            own: 1.0,
-            has_all: false,
-        }
-    }
+/// What each half of the pilot chooses, to be judged by the other, and what both choose together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Chosen {
+    pub by_half: [bool; 2],
+    pub by_both: bool,
 }
 
 impl Seen {
-    /// The same with short paths that have `own` samples of the emitters, as `of_path` shows them.
-    pub fn with_all(&self, of_path: &Self, own: u32) -> Self {
-        Self {
-            short: of_path.short,
-            cost: PathCosts::ONE.beside(own).whole * self.cost,
-            own: 1.0,
-            has_all: true,
-            ..*self
-        }
+    /// Variance of short paths with one sample of the emitters, or with all.
+    pub fn variance(&self, has_all: bool) -> [f32; 2] {
+        if has_all { self.own } else { self.short }
     }
 
     /// What the first half has seen, with what the second one has.
     fn with_second(&self, second: &Self) -> Self {
         Self {
             short: [self.short[0], second.short[0]],
+            own: [self.own[0], second.own[0]],
             brightness: (self.brightness + second.brightness) / 2.0,
             cost: (self.cost + second.cost) / 2.0,
             ..*self
         }
     }
 
-    /// Variance of the light of a short path, in the mean over colours.
-    pub fn short_variance(&self) -> f32 {
-        (self.short[0] + self.short[1]) / 6.0
+    /// Variance of the light of the method's own short paths, in the mean over colours.
+    pub fn own_variance(&self) -> f32 {
+        (self.own[0] + self.own[1]) / 6.0
     }
 }
 
@@ -344,11 +332,15 @@ fn look_at_short(
             }
         }
         let cost = cost(tally.take(), LAST_EDGE) / (SETS_OF_HALF * ids.len()) as f64;
-        seen.extend(means.iter().map(|&[one, other]| Seen {
-            short: [sound(variance(one, other) * of_set as f32); 2],
-            brightness: sound((one + other).element_sum() / SETS_OF_HALF as f32),
-            cost: cost as f32,
-            ..Seen::default()
+        seen.extend(means.iter().map(|&[one, other]| {
+            let short = [sound(variance(one, other) * of_set as f32); 2];
+            Seen {
+                short,
+                own: short,
+                brightness: sound((one + other).element_sum() / SETS_OF_HALF as f32),
+                cost: cost as f32,
+                ..Seen::default()
+            }
         }));
     }
     (seen, firsts)

@@ -1,13 +1,13 @@
 //! Short paths apart against paths that find all light themselves.
 
-use super::pilot::{FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, Seen, paths_of_set};
+use super::pilot::{Chosen, FOLLOWED, FOLLOWED_PIXELS, PathCosts, SETS, Seen, paths_of_set};
 use super::{LongPaths, PixelTable, SHORT, Several, ShortLook, ShortPaths};
 use crate::path::reuse::PathReuse;
 use crate::path::tests::{glossy, mixed};
 use crate::{LightChoosing, LightSelection, PathTracer};
 use lightshed_film::{FrameMethod, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
-use lightshed_sampling::PointSet;
+use lightshed_sampling::{CounterRng, PointSet};
 use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::atomic::AtomicBool;
@@ -293,15 +293,61 @@ fn short_paths_are_of_the_cheaper_kind() {
         look.seen[4]
     });
     let [same, half, quarter] = chosen;
-    assert_eq!(
-        [same.has_all, half.has_all, quarter.has_all],
-        [false, false, true]
+    for (seen, has_all) in [(same, false), (half, false), (quarter, true)] {
+        let by_half = [has_all; 2];
+        assert_eq!(
+            seen.has_all,
+            Chosen {
+                by_half,
+                by_both: has_all
+            }
+        );
+    }
+    assert_eq!([same.own[0], half.own[0], quarter.own[0]], [16.0, 8.0, 4.0]);
+    assert_eq!([same.short[0], quarter.short[0]], [16.0; 2]);
+}
+
+/// Where paths with one emitter sample and with four are as good as each other, the lesser variance
+/// of few samples is less than either will be: choosing gains nothing.
+/// Planted faults: the choice of both halves judged by each; each half judged by itself.
+#[test]
+fn the_lesser_of_two_variances_promises_nothing() {
+    const SIZE: [usize; 2] = [64, 48];
+    let cost = PathCosts::ONE.beside(4).whole;
+    let mut rng = CounterRng::new(3, 0, 0);
+    // As two values of a normal distribution show a variance, with a heavy tail beside it.
+    let mut shown = |mean: f32| {
+        let [uniform, rare] = rng.next_2d();
+        let tail = if rare < 0.02 { 20.0 } else { 1.0 };
+        -(1.0 - uniform).ln() * tail * mean
+    };
+    let mut of = |mean: f32| {
+        let short = [shown(mean), shown(mean)];
+        let (own, brightness, cost) = (short, 1.0, 1.0);
+        Seen {
+            short,
+            own,
+            brightness,
+            cost,
+            ..Seen::default()
+        }
+    };
+    let mut seen_of = |mean: f32| (0..SIZE[0] * SIZE[1]).map(|_| of(mean)).collect::<Vec<_>>();
+    let of_paths: Vec<_> = seen_of(1.0 / cost).into_iter().map(Some).collect();
+    let mut look = ShortLook {
+        seen: seen_of(1.0),
+        size: SIZE,
+        of_set: 2,
+        costs: PathCosts::ONE,
+        longest: SHORT,
+    };
+    look.choose_kinds(4, &of_paths);
+    let both = look.seen.iter().filter(|seen| seen.has_all.by_both).count();
+    assert!((1000..2000).contains(&both), "{both} of 3072");
+    let allotment = look.allot(LongPaths::ALONE, 4);
+    assert!(
+        allotment.is_none(),
+        "{:?}",
+        allotment.map(|allotment| allotment.cost)
     );
-    assert_eq!([same.own, half.own, quarter.own], [1.0, 2.0, 1.0]);
-    assert_eq!(
-        [same.short[0], half.short[0], quarter.short[0]],
-        [16.0, 16.0, 4.0]
-    );
-    assert_eq!([same.cost, half.cost], [2.0; 2]);
-    assert!((4.0..7.0).contains(&quarter.cost), "{quarter:?}");
 }
