@@ -63,7 +63,7 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let pixels = seen.len().max(1) as f64;
     let mean = |value: &dyn Fn(usize) -> f64| (0..seen.len()).map(value).sum::<f64>() / pixels;
     let brightness = smooth(seen, [width, height], |seen| {
-        seen.brightness + seen.long_brightness
+        seen.brightness + seen.long_brightness + seen.emission_brightness
     });
     let darkest = DARKEST * mean(&|i| brightness[i]);
     let weight = |i: usize| 1.0 / brightness[i].max(darkest).max(f64::MIN_POSITIVE).powi(2);
@@ -78,7 +78,8 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
             true => 0.0,
             false => mean(&|i| weight(i) * long_of(i)),
         };
-        (own, long.max(least_long * short))
+        let emission = mean(&|i| weight(i) * f64::from(seen[i].emission));
+        (own, long.max(least_long * short) + emission)
     };
     let ((short, long), (relative, long_relative)) = (errors(&|_| 1.0), errors(&weight));
     let (all, all_relative) = (short + long, relative + long_relative);
@@ -227,6 +228,8 @@ mod tests {
             long: 0.01,
             brightness: 0.75,
             long_brightness: 0.25,
+            emission: 0.0,
+            emission_brightness: 0.0,
             cost: 1.0,
             has_all: Chosen::default(),
         });

@@ -399,10 +399,10 @@ impl ShortLook {
     pub fn foreseen(&self, long: LongPaths, samples: u32, own: u32) -> Foreseen {
         let of_image = self.of_image(long, samples.saturating_mul(long.paths), own);
         let allotment = of_image.as_ref().map(|(allotment, _)| allotment);
-        let one = self.seen.iter().map(Seen::own_variance);
-        let variances = one.enumerate().map(|(pixel, one)| {
+        let variances = self.seen.iter().enumerate().map(|(pixel, seen)| {
+            let one = seen.own_variance();
             let left = allotment.map(|allotment| allotment.left[pixel] / 3.0);
-            [one, left.unwrap_or(one)]
+            [one, left.unwrap_or(one)].map(|variance| variance + seen.emission_variance())
         });
         Foreseen {
             variances: variances.collect(),
@@ -419,7 +419,7 @@ impl ShortLook {
 /// What short paths do in an image.
 pub(crate) struct Foreseen {
     /// Variance of the light of short paths in each pixel, in the mean over colours: of one path,
-    /// and with the samples that the pixel gets.
+    /// and with the samples that the pixel gets. That of directly visible emission is in both.
     pub variances: Vec<[f32; 2]>,
     /// What a sample of the method costs with them and with its part of the pilot, in parts of what
     /// it costs without.
@@ -494,5 +494,15 @@ impl<S: EmitterSampler, G: DirectionGuide> ShortTracer<'_, '_, S, G> {
             transport.scene.camera(),
             longest.min(transport.max_depth),
         )
+    }
+
+    /// What rays of their own find of directly visible emission that paths leave out.
+    fn emission(&self, words: PathWords, ids: &[SampleId]) -> [Rgb; MAX_BATCH] {
+        let mut found = [Rgb::ZERO; MAX_BATCH];
+        if let Some(visible) = self.visible {
+            let scene = self.transport.scene;
+            visible.add(scene, scene.camera(), (words.points, words.seed), ids, &mut found);
+        }
+        found
     }
 }

@@ -24,6 +24,10 @@ pub struct Seen {
     pub brightness: f32,
     /// That by longer paths, in the same mean as their variance.
     pub long_brightness: f32,
+    /// Variance of directly visible emission that has rays of its own, of the rays of one sample,
+    /// and its mean radiance.
+    pub emission: f32,
+    pub emission_brightness: f32,
     /// Rays of a short path with one sample of the emitters, in the mean over this pixel and some
     /// beside it.
     pub cost: f32,
@@ -58,6 +62,11 @@ impl Seen {
     /// Variance of the light of the method's own short paths, in the mean over colours.
     pub fn own_variance(&self) -> f32 {
         (self.own[0] + self.own[1]) / 6.0
+    }
+
+    /// That of directly visible emission that has rays of its own.
+    pub fn emission_variance(&self) -> f32 {
+        self.emission / 3.0
     }
 }
 
@@ -265,16 +274,52 @@ fn cost(rays: RayCounts, path: f64) -> f64 {
 /// What traces paths up to some edges, of a set, and counts their rays.
 type Trace<'t> = dyn Fn(u32, usize, &[SampleId], &RayTally) -> [Rgb; MAX_BATCH] + 't;
 
+/// The numbers of a set.
+fn words_of(set: usize) -> PathWords {
+    PathWords {
+        points: PointSet::Sobol,
+        seed: SEED + set as u64,
+    }
+}
+
 fn trace_of<S: EmitterSampler>(
     tracer: &ShortTracer<'_, '_, S>,
 ) -> impl Fn(u32, usize, &[SampleId], &RayTally) -> [Rgb; MAX_BATCH] {
-    |longest, set, ids, tally| {
-        let words = PathWords {
-            points: PointSet::Sobol,
-            seed: SEED + set as u64,
-        };
-        tracer.up_to(longest, words, ids, Some(tally))
+    |longest, set, ids, tally| tracer.up_to(longest, words_of(set), ids, Some(tally))
+}
+
+/// Adds what the first half's samples in some pixels show of directly visible emission.
+fn look_at_emission<S: EmitterSampler>(
+    tracer: &ShortTracer<'_, '_, S>,
+    of_set: usize,
+    pixels: &[[u32; 2]],
+    seen: &mut [Seen],
+) {
+    let Some(visible) = tracer.visible else {
+        return;
+    };
+    let together = MAX_BATCH / of_set;
+    for (pixels, seen) in pixels.chunks(together).zip(seen.chunks_mut(together)) {
+        let ids = ids_of_set(pixels, of_set);
+        if visible.taken(&ids) == 0 {
+            continue;
+        }
+        let means = [0, 1].map(|set| tracer.emission(words_of(set), &ids));
+        for (place, seen) in seen.iter_mut().enumerate() {
+            let samples = place * of_set..(place + 1) * of_set;
+            let [one, other] = means
+                .each_ref()
+                .map(|found| found[samples.clone()].iter().sum::<Rgb>() / of_set as f32);
+            seen.emission = sound(variance(one, other) * of_set as f32);
+            seen.emission_brightness = sound((one + other).element_sum() / 2.0);
+        }
     }
+}
+
+/// The samples of a set in some pixels, pixel by pixel.
+fn ids_of_set(pixels: &[[u32; 2]], of_set: usize) -> Vec<SampleId> {
+    let of_pixel = |&[x, y]: &[u32; 2]| (0..of_set as u32).map(move |index| SampleId { x, y, index });
+    pixels.iter().flat_map(of_pixel).collect()
 }
 
 /// What the first half sees in some blocks, at most [`FOLLOWED_TOGETHER`].
@@ -284,7 +329,8 @@ fn look_at<S: EmitterSampler>(tracer: &ShortTracer<'_, '_, S>, of_set: usize, bl
     let mut firsts = Vec::new();
     for block in blocks {
         let pixels = block.pixels();
-        let (seen, of_block) = look_at_short(&trace, Half::First, of_set, &pixels);
+        let (mut seen, of_block) = look_at_short(&trace, Half::First, of_set, &pixels);
+        look_at_emission(tracer, of_set, &pixels, &mut seen);
         looked.ends.push(firsts.len() + pixels.len());
         looked.pixels.extend(pixels);
         looked.seen.extend(seen);
@@ -317,8 +363,7 @@ fn look_at_short(
     let (mut seen, mut firsts) = (Vec::new(), Vec::new());
     // The paths of a set fill a batch.
     for pixels in pixels.chunks(MAX_BATCH / of_set) {
-        let of_pixel = |&[x, y]: &[u32; 2]| (0..of_set as u32).map(move |index| SampleId { x, y, index });
-        let ids: Vec<SampleId> = pixels.iter().flat_map(of_pixel).collect();
+        let ids = ids_of_set(pixels, of_set);
         let mut tally = RayTally::default();
         let mut means = vec![[Rgb::ZERO; SETS_OF_HALF]; pixels.len()];
         let first = firsts.len();
