@@ -291,6 +291,32 @@ mod tests {
         }
     }
 
+    /// Directly visible emission is error that stays, and light that relative errors refer to.
+    /// Planted faults: its error left out; its brightness left out.
+    #[test]
+    fn emission_in_view_stays() {
+        let paths = |emission: f32, brightness: f32| {
+            let mut seen = image(|x, _| if x == 10 { [100.0; 2] } else { [0.1; 2] });
+            for seen in &mut seen {
+                let is_edge = seen.short[0] > 1.0;
+                seen.emission = emission;
+                seen.emission_brightness = if is_edge { brightness } else { 0.0 };
+            }
+            let allotment = allot(&seen, SIZE, 1.0, COSTS)?;
+            Some(
+                allotment
+                    .samples
+                    .iter()
+                    .map(|&samples| u32::from(samples))
+                    .sum::<u32>(),
+            )
+        };
+        let all = paths(0.0, 0.0).unwrap();
+        assert_eq!(paths(100.0, 0.0), None);
+        let [some, beside_lamps] = [paths(2.0, 0.0), paths(0.0, 100.0)].map(Option::unwrap);
+        assert!(some < all && beside_lamps < all, "{some} {beside_lamps} {all}");
+    }
+
     /// Where half of the image is a sky that costs next to nothing, the mean cost of a path says
     /// little: objects that vary alike everywhere gain nothing.
     /// Planted fault: the mean cost for each pixel's.

@@ -351,3 +351,38 @@ fn the_lesser_of_two_variances_promises_nothing() {
         allotment.map(|allotment| allotment.cost)
     );
 }
+
+/// A pilot sees lamps in view by the rays that images see them by.
+/// Planted faults: sums over a set in place of means; emission of every pixel.
+#[test]
+fn pilots_see_emission_in_view() {
+    let mut description = builtin::by_name("many-lights").unwrap();
+    let settings = &mut description.settings;
+    (settings.width, settings.height, settings.max_depth) = (48, 32, Some(2));
+    let scene = Scene::new(&description).unwrap();
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_visible_emission();
+    let visible = tracer.visible.as_deref().unwrap();
+    let seen = tracer.short_look(4).seen;
+    let (mut expected, mut found) = (0.0, 0.0);
+    for (pixel, seen) in seen.iter().enumerate() {
+        if !visible.takes(pixel) {
+            assert_eq!([seen.emission, seen.emission_brightness], [0.0; 2], "{pixel}");
+            continue;
+        }
+        let [x, y] = [pixel % 48, pixel / 48].map(|at| at as u32);
+        let ids: [_; 32] = std::array::from_fn(|index| SampleId {
+            x,
+            y,
+            index: index as u32,
+        });
+        let mut values = [Rgb::ZERO; 32];
+        visible.add(&scene, scene.camera(), (PointSet::Sobol, 5), &ids, &mut values);
+        expected += values.iter().sum::<Rgb>().element_sum() / 32.0;
+        found += seen.emission_brightness;
+    }
+    assert!(
+        expected > 0.0 && (found / expected - 1.0).abs() < 0.1,
+        "{found} {expected}"
+    );
+    assert!(seen.iter().any(|seen| seen.emission > 0.0));
+}
