@@ -313,8 +313,9 @@ mod tests {
         };
         let all = paths(0.0, 0.0).unwrap();
         assert_eq!(paths(100.0, 0.0), None);
-        let [some, beside_lamps] = [paths(2.0, 0.0), paths(0.0, 100.0)].map(Option::unwrap);
-        assert!(some < all && beside_lamps < all, "{some} {beside_lamps} {all}");
+        assert!(paths(2.0, 0.0).unwrap() < all);
+        // Beside bright lamps the edge is little of the relative error, so that others get more.
+        assert!(paths(0.0, 100.0).unwrap() > 2 * all);
     }
 
     /// Where half of the image is a sky that costs next to nothing, the mean cost of a path says
