@@ -13,6 +13,11 @@ pub(super) const MANY_EMITTERS: usize = 64;
 /// are rare emitters near by, which a pilot may not meet.
 const TREE: f64 = 2.0;
 
+/// What several emitter samples at a point are given. In nine views among many lamps, cost times
+/// error of paths with four, in parts of that with one, was 0.65 to 1.24 of what pilots showed, in
+/// the mean 0.86; few of their dear samples make a pilot's image.
+pub(super) const SEVERAL_SAMPLES: f64 = 1.15;
+
 /// What sharing paths is given, at most, and where it takes away next to nothing of the error.
 /// Where it loses, it loses no more than its frames cost; where it gains, part of that is in paths
 /// too rare for a pilot. It is counted dearer there, too: in few blocks the mean brightness of
@@ -64,6 +69,10 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
     let loss = known.cost * (1.0 - known.shared);
     let is_open = ((LOSES[1] - loss) / (LOSES[1] - LOSES[0])).clamp(0.0, 1.0);
     let sharing = (1.0 + known.shared).min(SHARING) * (1.0 + SHARING_RARE * rare * pays * is_open);
+    let several = match method.values().light_samples() {
+        1 => 1.0,
+        _ => SEVERAL_SAMPLES,
+    };
     let own = match method.name() {
         RESAMPLING if method.values().shares_paths() => (1.0 + 1.0 / f64::from(frames)) / sharing,
         RESAMPLING => 1.0 + 1.0 / f64::from(frames),
@@ -71,7 +80,7 @@ pub(super) fn prior(method: &Method, frames: u32, known: Known) -> f64 {
         "volpath-reuse" => 1.0 / (1.0 + SHARING_RARE_IN_MEDIA * rare),
         _ => 1.0,
     };
-    own / tree
+    own / (tree * several)
 }
 
 #[cfg(test)]
@@ -143,7 +152,7 @@ mod tests {
     fn priors_are_for_what_pilots_miss() {
         assert_eq!([of("path", 1000, 0.5), of("path:bvh", 63, 0.5)], [1.0; 2]);
         assert_eq!([of("path:bvh", 64, 0.0), of("direct:bvh", 64, 0.9)], [0.5; 2]);
-        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5);
+        assert_eq!(of("path:bvh:light-samples=4", 64, 0.9), 0.5 / SEVERAL_SAMPLES);
         assert_eq!(
             [of("path-reuse", 64, 0.0), of("path-reuse:bvh", 64, 0.0)],
             [1.0, 0.5]

@@ -6,7 +6,7 @@ use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
-use super::prior::{Known, MANY_EMITTERS, RESAMPLING, prior};
+use super::prior::{Known, MANY_EMITTERS, RESAMPLING, SEVERAL_SAMPLES, prior};
 use super::short_gain::ShortGain;
 use super::short_looks::ShortLooks;
 use crate::path::reuse::SIDE;
@@ -297,6 +297,7 @@ impl Race<'_, '_> {
             frames: self.plan.frames(FrameCost::at_first_sight(&method))?,
             method,
             cost,
+            prior: one.prior / SEVERAL_SAMPLES,
             ..one.clone()
         };
         Some((one.clone(), several))

@@ -215,14 +215,9 @@ impl Method {
     ///
     /// # Errors
     /// Those of [`Method::start`].
-    pub(crate) fn short_look(
-        &self,
-        stage: &Stage<'_>,
-        emitter_samples: u32,
-        of_set: usize,
-    ) -> Result<ShortLook, MethodError> {
+    pub(crate) fn short_look(&self, stage: &Stage<'_>, of_set: usize) -> Result<ShortLook, MethodError> {
         self.check_start(stage)?;
-        let look = short_look(stage, &self.values, emitter_samples, of_set);
+        let look = short_look(stage, &self.values, of_set);
         look.map_err(|reason| self.refused(reason))
     }
 

@@ -105,15 +105,15 @@ fn plain_tracer<'b, S: EmitterSampler + 'b>(
     }
 }
 
-/// What a pilot sees of the short paths of a method, with so many in each of its sets.
+/// What a pilot sees of the short paths of a method with one sample of the emitters, with so many
+/// paths in each of its sets.
 pub(super) fn short_look(
     stage: &Stage<'_>,
     values: &MethodValues,
-    emitter_samples: u32,
     of_set: usize,
 ) -> Result<ShortLook, String> {
     let tracer = plain_tracer(stage, values, path_emitters(stage, values)?, None);
-    Ok(tracer.with_emitter_samples(emitter_samples).short_look(of_set))
+    Ok(tracer.with_emitter_samples(1).short_look(of_set))
 }
 
 /// The look at paths with one emitter sample, with one at the method's own beside it where short

@@ -191,17 +191,6 @@ impl ShortLook {
         Some((allotment, pilot))
     }
 
-    /// With the kinds of short paths that take the place of paths with `own` samples of the
-    /// emitters. `of_paths` is a look at those, in the same pixels.
-    pub fn with_kinds(&self, own: u32, of_paths: &Self) -> Self {
-        let mut look = self.clone();
-        if own > 1 {
-            let of_paths: Vec<_> = of_paths.seen.iter().copied().map(Some).collect();
-            look.choose_kinds(own, &of_paths);
-        }
-        look
-    }
-
     /// Whether an image of so many short paths with `own` samples of the emitters, and no longer
     /// ones, may have a pilot, as far as that is known without a look.
     pub fn may_be_alone_in(samples: u32, own: u32) -> bool {
