@@ -230,8 +230,7 @@ mod tests {
 
     /// Of paths of two edges, an image too small for a pilot is told without a look. Looks in some
     /// pixels tell the error of paths with several emitter samples as images have it.
-    /// Planted faults: a look for any image; kinds of paths with one sample; pixels without a look
-    /// taken to have no variance.
+    /// Planted faults: a look for any image; kinds of paths with one sample.
     #[test]
     fn images_of_short_paths_alone_need_few_looks() {
         let mut description = builtin::cornell();

@@ -193,7 +193,7 @@ fn several_emitter_samples_are_told() {
 
 /// Between walls that are nearly black, several emitter samples that others tell are not left out:
 /// their trial has an error and a cost of its own.
-/// Planted faults: the error of one sample kept; its cost kept.
+/// Planted faults: the error of one sample kept; its cost kept; its prior kept.
 #[test]
 fn told_emitter_samples_are_judged_like_others() {
     let mut description = builtin::by_name("candles").unwrap();
@@ -222,6 +222,8 @@ fn told_emitter_samples_are_judged_like_others() {
     assert!((0.45..0.8).contains(&left), "{left}");
     let cost = several.cost / one.cost;
     assert!((1.5..4.0).contains(&cost), "{cost}");
+    // Like those that have images, they are given what pilots do not show.
+    assert!(several.prior < one.prior, "{} {}", several.prior, one.prior);
     assert!(several.short.error < 1.0, "{:?}", several.short);
 }
 
