@@ -1,6 +1,6 @@
 //! The methods that may be chosen.
 
-use super::prior::{MANY_EMITTERS, RESAMPLING};
+use super::prior::{MANY_EMITTERS, RESAMPLING, finite_emitters};
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
 
@@ -83,7 +83,7 @@ pub(super) fn chain(given: &[(String, String)]) -> Option<Method> {
 /// Why a method has nothing to do in a scene of paths of so many edges.
 fn idle(name: &str, features: &SceneFeatures, max_depth: Option<u32>) -> Option<&'static str> {
     let longest = max_depth.unwrap_or(u32::MAX);
-    let finite = features.area_emitters + features.delta_emitters;
+    let finite = finite_emitters(features);
     match name {
         "path-reuse" | "restir-pt-offline" if longest < 3 => Some("there is no indirect light to share"),
         "volpath-reuse" if longest < 2 => Some("nothing is scattered"),
@@ -102,7 +102,7 @@ pub(super) fn candidates(
     features: &SceneFeatures,
     max_depth: Option<u32>,
 ) -> (Vec<Family>, Vec<LeftOut>) {
-    let finite = features.area_emitters + features.delta_emitters;
+    let finite = finite_emitters(features);
     let lights_given = given.iter().any(|(name, _)| name == "lights");
     let (mut families, mut left_out) = (Vec::new(), Vec::new());
     for &(name, media) in &FAMILIES {

@@ -4,7 +4,7 @@ use super::candidates::{candidates, plainest};
 use super::chain::{against_chain, chain_to_try};
 use super::choice::Choice;
 use super::plan::AutoTask;
-use super::prior::MANY_EMITTERS;
+use super::prior::{MANY_EMITTERS, finite_emitters};
 use super::race::{Race, clock};
 use super::request::Auto;
 use crate::BuiltLights;
@@ -99,7 +99,7 @@ impl Auto {
             method: Self::NAME,
             reason: "no method that may be chosen renders this scene with these options".to_owned(),
         })?;
-        let finite = features.area_emitters + features.delta_emitters;
+        let finite = finite_emitters(&features);
         let wants_tree = finite >= MANY_EMITTERS && family.methods.len() > 1;
         let method = family.methods.into_iter().nth(usize::from(wants_tree));
         let mut why = "the plainest method that fits, without a pilot".to_owned();

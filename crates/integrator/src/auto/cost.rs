@@ -1,6 +1,6 @@
 //! What frames cost, counted instead of timed.
 
-use super::prior::RESAMPLING;
+use super::prior::{RESAMPLING, finite_emitters};
 use crate::LightChoosing;
 use crate::ray_cost::ray_cost;
 use crate::registry::Method;
@@ -126,7 +126,7 @@ fn chosen(method: &Method) -> f64 {
 impl FrameCost {
     /// Of a method of the registry in a scene of these features.
     pub(super) fn of(method: &Method, features: &SceneFeatures) -> Self {
-        let finite = features.area_emitters + features.delta_emitters;
+        let finite = finite_emitters(features);
         let (_, beside) = measured(method);
         let (ray, of_glossy) = ray_cost(features, shades_in_lanes(method));
         Self {

@@ -1,12 +1,18 @@
 //! What is known of candidates beforehand.
 
 use crate::registry::Method;
+use lightshed_scene::SceneFeatures;
 
 /// The family that is tried last, since its frames are dear.
 pub(super) const RESAMPLING: &str = "restir-pt-offline";
 
 /// Emitters from which on a tree is taken without a pilot.
 pub(super) const MANY_EMITTERS: usize = 64;
+
+/// Emitters of a scene that are not all around.
+pub(super) fn finite_emitters(features: &SceneFeatures) -> usize {
+    features.area_emitters + features.delta_emitters
+}
 
 /// What a tree over so many emitters is given: it may lose what a choice by it costs, less than
 /// half, and has gained three to two hundred times where that many emitters were. What others lack

@@ -6,7 +6,7 @@ use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
 use super::plain::PlainErrors;
 use super::plan::{AutoTask, PilotPlan};
-use super::prior::{Known, MANY_EMITTERS, RESAMPLING, SEVERAL_SAMPLES, prior};
+use super::prior::{Known, MANY_EMITTERS, RESAMPLING, SEVERAL_SAMPLES, finite_emitters, prior};
 use super::short_gain::ShortGain;
 use super::short_looks::ShortLooks;
 use crate::path::reuse::SIDE;
@@ -126,9 +126,8 @@ impl Race<'_, '_> {
         let mut done: Vec<(Method, Images)> = Vec::new();
         let (mut way, mut gains) = (0, None);
         self.in_brief = !self.task.by_clock && tells_plain(families);
-        let finite = self.features.area_emitters + self.features.delta_emitters;
-        self.in_part =
-            finite >= MANY_EMITTERS && families.first().is_some_and(|first| first.methods.len() > 1);
+        let has_tree = families.first().is_some_and(|first| first.methods.len() > 1);
+        self.in_part = has_tree && finite_emitters(&self.features) >= MANY_EMITTERS;
         for (place, family) in families.iter().enumerate() {
             // Dearer frames gain by the same light that pixels share; and by light at glossy
             // surfaces, which are not shared.
@@ -369,7 +368,7 @@ impl Race<'_, '_> {
         let certain_of_sharing = shared.map_or(1.0, certain);
         let unseen = unshared(spread) * UNSEEN * (1.0 - certain_of_sharing);
         let known = Known {
-            finite_emitters: self.features.area_emitters + self.features.delta_emitters,
+            finite_emitters: finite_emitters(&self.features),
             shared: plain.map_or(0.0, |(_, errors)| errors.shared),
             cost: cost_of_sharing.unwrap_or(1.0),
             certain: certain_of_sharing,

@@ -158,9 +158,12 @@ mod tests {
     use lightshed_scene::{Scene, builtin};
     use std::sync::atomic::AtomicBool;
 
-    fn scene(name: &str) -> Scene {
+    /// With its own longest path, or with this one.
+    fn scene(name: &str, longest: Option<u32>) -> Scene {
         let mut description = builtin::by_name(name).unwrap();
-        (description.settings.width, description.settings.height) = (64, 48);
+        let settings = &mut description.settings;
+        (settings.width, settings.height) = (64, 48);
+        settings.max_depth = longest.or(settings.max_depth);
         Scene::new(&description).unwrap()
     }
 
@@ -182,7 +185,7 @@ mod tests {
     fn images_show_what_is_foreseen() {
         const SAMPLES: u32 = 512;
         for (name, text) in [("warehouse", "path-reuse:bvh"), ("candles", "path-reuse:bvh")] {
-            let scene = scene(name);
+            let scene = scene(name, None);
             let (one, several) = (Stage::new(&scene), Stage::new(&scene).for_samples(SAMPLES));
             let method: Method = text.parse().unwrap();
             let (before, after) = (of(&one, &method, 4), of(&several, &method, 32));
@@ -206,7 +209,7 @@ mod tests {
     /// times the number of samples.
     #[test]
     fn several_samples_are_told_by_one() {
-        let scene = scene("warehouse");
+        let scene = scene("warehouse", None);
         let stage = Stage::new(&scene);
         let methods = ["path:bvh", "path:bvh:light-samples=4"].map(|text| text.parse::<Method>().unwrap());
         let [one, several] = [0, 1].map(|n| of(&stage, &methods[n], [8, 4][n]));
@@ -233,10 +236,7 @@ mod tests {
     /// Planted faults: a look for any image; kinds of paths with one sample.
     #[test]
     fn images_of_short_paths_alone_need_few_looks() {
-        let mut description = builtin::cornell();
-        (description.settings.width, description.settings.height) = (64, 48);
-        description.settings.max_depth = Some(2);
-        let scene = Scene::new(&description).unwrap();
+        let scene = scene("cornell", Some(2));
         let stage = Stage::new(&scene);
         let methods = ["path", "path:light-samples=4"].map(|text| text.parse::<Method>().unwrap());
         let weights = vec![1.0; 64 * 48];

@@ -53,10 +53,7 @@ impl ShortLook {
         if own > 1 {
             for seen in &mut look.seen {
                 seen.own = seen.short.map(|short| short / (own as f32).sqrt());
-                seen.has_all = Chosen {
-                    by_half: [true; 2],
-                    by_both: true,
-                };
+                seen.has_all = Chosen::by_all(true);
             }
         }
         look

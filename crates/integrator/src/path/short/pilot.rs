@@ -42,6 +42,16 @@ pub struct Chosen {
     pub by_both: bool,
 }
 
+impl Chosen {
+    /// The same by all.
+    pub fn by_all(has_all: bool) -> Self {
+        Self {
+            by_half: [has_all; 2],
+            by_both: has_all,
+        }
+    }
+}
+
 impl Seen {
     /// Variance of short paths with one sample of the emitters, or with all.
     pub fn variance(&self, has_all: bool) -> [f32; 2] {

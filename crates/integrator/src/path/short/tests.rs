@@ -294,14 +294,7 @@ fn short_paths_are_of_the_cheaper_kind() {
     });
     let [same, half, quarter] = chosen;
     for (seen, has_all) in [(same, false), (half, false), (quarter, true)] {
-        let by_half = [has_all; 2];
-        assert_eq!(
-            seen.has_all,
-            Chosen {
-                by_half,
-                by_both: has_all
-            }
-        );
+        assert_eq!(seen.has_all, Chosen::by_all(has_all));
     }
     assert_eq!([same.own[0], half.own[0], quarter.own[0]], [16.0, 8.0, 4.0]);
     assert_eq!([same.short[0], quarter.short[0]], [16.0; 2]);
