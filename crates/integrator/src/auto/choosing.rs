@@ -5,7 +5,7 @@ use super::chain::{against_chain, chain_to_try};
 use super::choice::Choice;
 use super::plan::AutoTask;
 use super::prior::{MANY_EMITTERS, finite_emitters};
-use super::race::{Race, clock};
+use super::race::{FirstImages, Race, clock};
 use super::request::Auto;
 use crate::BuiltLights;
 use crate::registry::{Method, MethodError, Stage};
@@ -76,8 +76,7 @@ impl Auto {
             trials: Vec::new(),
             left_out: plain.left_out.clone(),
             start: clock(),
-            in_brief: false,
-            in_part: false,
+            first: FirstImages::Full,
             told: None,
         };
         race.run(&families)?;

@@ -57,13 +57,43 @@ pub(super) struct Race<'r, 'a> {
     pub trials: Vec<Trial>,
     pub left_out: Vec<LeftOut>,
     pub start: f64,
-    /// Whether the plain method's images are of one sample: frames that share paths tell its error.
-    pub in_brief: bool,
-    /// Whether the images of the first method, which chooses among many emitters by power, have few
-    /// frames: they show that a tree is far better.
-    pub in_part: bool,
+    pub first: FirstImages,
     /// Paths with several emitter samples whose error is told by those with one, without images.
     pub told: Option<Method>,
+}
+
+/// What the images of the first method are for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum FirstImages {
+    /// To tell its error, with all frames of its share.
+    Full,
+    /// Images of one frame: those that share paths tell its error.
+    Brief,
+    /// Few frames of `path` by power among many emitters: they show that a tree is far better.
+    Part,
+}
+
+impl FirstImages {
+    /// What they are for at first.
+    fn of(families: &[Family], task: &AutoTask, features: &SceneFeatures) -> Self {
+        let has_tree = families.first().is_some_and(|first| first.methods.len() > 1);
+        if !task.by_clock && tells_plain(families) {
+            Self::Brief
+        } else if has_tree && finite_emitters(features) >= MANY_EMITTERS {
+            Self::Part
+        } else {
+            Self::Full
+        }
+    }
+
+    /// How many of the frames of its share they have.
+    fn frames(self, all: u32) -> u32 {
+        match self {
+            Self::Full => all,
+            Self::Brief => 1,
+            Self::Part => all.div_ceil(PART),
+        }
+    }
 }
 
 /// Whether frames that share paths tell the error of the plain method: that is `path` with its
@@ -125,9 +155,7 @@ impl Race<'_, '_> {
     pub fn run(&mut self, families: &[Family]) -> Result<(), MethodError> {
         let mut done: Vec<(Method, Images)> = Vec::new();
         let (mut way, mut gains) = (0, None);
-        self.in_brief = !self.task.by_clock && tells_plain(families);
-        let has_tree = families.first().is_some_and(|first| first.methods.len() > 1);
-        self.in_part = has_tree && finite_emitters(&self.features) >= MANY_EMITTERS;
+        self.first = FirstImages::of(families, self.task, &self.features);
         for (place, family) in families.iter().enumerate() {
             // Dearer frames gain by the same light that pixels share; and by light at glossy
             // surfaces, which are not shared.
@@ -141,8 +169,7 @@ impl Race<'_, '_> {
             for method in &family.methods[tried] {
                 let frames = self.plan.frames(FrameCost::at_first_sight(method));
                 let Some(frames) = frames.map(|frames| match done.len() {
-                    0 if self.in_brief => 1,
-                    0 if self.in_part => frames.div_ceil(PART),
+                    0 => self.first.frames(frames),
                     _ => frames,
                 }) else {
                     self.leave_out(method, "one frame costs more than its share of the pilot");
@@ -166,20 +193,17 @@ impl Race<'_, '_> {
                     Err(error) => return Err(error),
                 }
             }
-            if self.in_brief && place == 0 {
+            if self.first == FirstImages::Brief && place == 0 {
                 continue;
             }
             let tells = done.iter().any(|(_, images)| images.tells_plain_errors());
-            if self.in_brief && !tells {
-                // Sharing was refused, or found no light.
-                self.in_brief = false;
-                if !self.render_first_in_full(&mut done)? {
-                    return Ok(());
-                }
+            // Sharing was refused, or found no light.
+            let untold = self.first == FirstImages::Brief && !tells;
+            if untold && !self.render_first_in_full(&mut done)? {
+                return Ok(());
             }
             self.judge(&done);
-            if place == 0 && self.in_part && !self.is_first_far() {
-                self.in_part = false;
+            if place == 0 && self.first == FirstImages::Part && !self.is_first_far() {
                 if !self.render_first_in_full(&mut done)? {
                     return Ok(());
                 }
@@ -204,7 +228,8 @@ impl Race<'_, '_> {
 
     /// Renders the images of the first candidate with all frames of their share; whether it was not
     /// interrupted.
-    fn render_first_in_full(&self, done: &mut [(Method, Images)]) -> Result<bool, MethodError> {
+    fn render_first_in_full(&mut self, done: &mut [(Method, Images)]) -> Result<bool, MethodError> {
+        self.first = FirstImages::Full;
         let (method, images_of_first) = &mut done[0];
         let frames = self.plan.frames(FrameCost::at_first_sight(method)).unwrap_or(1);
         let images = images(self.stage, method, frames, self.task.threads, self.cancel)?;
@@ -217,7 +242,7 @@ impl Race<'_, '_> {
 
     /// The images that show light and errors: not those of few frames that others stand for.
     fn of_use<'d>(&self, done: &'d [(Method, Images)]) -> &'d [(Method, Images)] {
-        let is_first_left_out = (self.in_brief || self.in_part) && done.len() > 1;
+        let is_first_left_out = self.first != FirstImages::Full && done.len() > 1;
         &done[usize::from(is_first_left_out)..]
     }
 
