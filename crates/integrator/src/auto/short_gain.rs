@@ -55,14 +55,22 @@ impl ShortGain {
         let known = f64::from(foreseen.stratified);
         let [then, now] = [tried, frames].map(|frames| stratified(frames, known));
         let short = means(foreseen, weights);
-        let factors: Errors = std::array::from_fn(|n| {
-            let [one, left] = short[n];
-            replaced(foreseen, errors[n], [then * one, now * left])
-        });
-        Self {
+        let error = |after: [f64; 2]| {
+            let factors: Errors =
+                std::array::from_fn(|n| replaced(foreseen, errors[n], [then * short[n][0], now * after[n]]));
+            (factors[0] * factors[1]).sqrt()
+        };
+        let one = Self {
+            cost: 1.0,
+            error: error(short.map(|[one, _]| one)),
+        };
+        let several = Self {
             cost: f64::from(foreseen.cost),
-            error: (factors[0] * factors[1]).sqrt(),
-        }
+            error: error(short.map(|[_, left]| left)),
+        };
+        // An image has several where they pay, as all of its pixels show. Where they do not pay
+        // here, outliers hold the error of the pilot's few frames.
+        if several.both() < one.both() { several } else { one }
     }
 
     /// A factor of cost times error.
@@ -151,6 +159,9 @@ mod tests {
             ShortGain::of(&all, [80.0; 2], [4.0; 2], &[0.5; 2]).error,
             1.0 / 4.0,
         );
+        // Several that do not pay beside so much other error are not counted.
+        let outliers = ShortGain::of(&foreseen(0.5), [100.0; 2], [4.0; 2], &[1.0; 2]);
+        assert_eq!(outliers, ShortGain::NONE);
         // More frames stratify short paths, and nothing else.
         let same = Foreseen {
             variances: vec![[4.0; 2]; 2],

@@ -70,7 +70,8 @@ pub fn allot(seen: &[Seen], [width, height]: [usize; 2], long: f32, costs: Costs
     let short_of = |i: usize| f64::from(seen[i].short[0] + seen[i].short[1]) / 2.0;
     let own_of = |i: usize| f64::from(seen[i].own[0] + seen[i].own[1]) / 2.0;
     let long_of = |i: usize| f64::from(long) * f64::from(seen[i].long);
-    let least_long = least_long(seen, costs.is_replaced);
+    // Methods that share paths share the rare ones, too.
+    let least_long = f64::from(long) * least_long(seen, costs.is_replaced);
     let errors = |weight: &dyn Fn(usize) -> f64| {
         let short = mean(&|i| weight(i) * short_of(i));
         let own = mean(&|i| weight(i) * own_of(i));
