@@ -60,17 +60,12 @@ impl ShortGain {
                 std::array::from_fn(|n| replaced(foreseen, errors[n], [then * short[n][0], now * after[n]]));
             (factors[0] * factors[1]).sqrt()
         };
-        let one = Self {
-            cost: 1.0,
-            error: error(short.map(|[one, _]| one)),
-        };
-        let several = Self {
-            cost: f64::from(foreseen.cost),
-            error: error(short.map(|[_, left]| left)),
-        };
+        let [one, several] = [0, 1].map(|place| error(short.map(|means| means[place])));
+        let cost = f64::from(foreseen.cost);
         // An image has several where they pay, as all of its pixels show. Where they do not pay
         // here, outliers hold the error of the pilot's few frames.
-        if several.both() < one.both() { several } else { one }
+        let error = several.min(one / cost);
+        Self { cost, error }
     }
 
     /// A factor of cost times error.
@@ -140,13 +135,14 @@ mod tests {
             gain.error
         };
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
-        // 4 of 8 become 1; with weights 2 of 6 become 1 / 2.
-        close(of(0.5, [8.0, 6.0]), (5.0 / 8.0 * 4.5 / 6.0_f64).sqrt());
+        // 4 of 6 become 1; with weights 2 of 5 become 1 / 2.
+        close(of(0.5, [6.0, 5.0]), (3.0 / 6.0 * 3.5 / 5.0_f64).sqrt());
         // The pilot's own images may have less error than short paths alone.
         close(of(0.5, [1.0, 0.1]), 0.5);
         close(of(0.0, [4.0, 2.0]), 1.0 / 4.0);
         let nothing = Foreseen {
             variances: vec![[0.0; 2]; 2],
+            cost: 1.0,
             ..foreseen(0.5)
         };
         assert_eq!(ShortGain::of(&nothing, [0.0; 2], [4.0; 2], &[1.0; 2]).error, 1.0);
@@ -159,12 +155,12 @@ mod tests {
             ShortGain::of(&all, [80.0; 2], [4.0; 2], &[0.5; 2]).error,
             1.0 / 4.0,
         );
-        // Several that do not pay beside so much other error are not counted.
-        let outliers = ShortGain::of(&foreseen(0.5), [100.0; 2], [4.0; 2], &[1.0; 2]);
-        assert_eq!(outliers, ShortGain::NONE);
+        // Several that do not pay beside so much other error pay for themselves in an image.
+        close(of(0.5, [100.0; 2]), 1.0 / 1.5);
         // More frames stratify short paths, and nothing else.
         let same = Foreseen {
             variances: vec![[4.0; 2]; 2],
+            cost: 1.0,
             ..foreseen(0.5)
         };
         let more = ShortGain::of(&same, [8.0; 2], [4.0, 128.0], &[1.0; 2]);

@@ -319,6 +319,20 @@ mod tests {
         assert!(paths(0.0, 100.0).unwrap() > 2 * all);
     }
 
+    /// Methods that share paths leave less of the rare ones, so that edges are more of their error.
+    /// Planted fault: the same rare paths for all methods.
+    #[test]
+    fn shared_paths_leave_more_to_edges() {
+        let seen = image(|x, _| if x == 10 { [10.0; 2] } else { [0.5; 2] });
+        let all = |long: f32| -> u32 {
+            let allotment = allot(&seen, SIZE, long, COSTS);
+            let samples = allotment.map_or(Vec::new(), |allotment| allotment.samples);
+            samples.into_iter().map(u32::from).sum()
+        };
+        let [alone, shared] = [1.0, 0.1].map(all);
+        assert!(shared as f64 > 1.2 * f64::from(alone), "{alone} {shared}");
+    }
+
     /// Where half of the image is a sky that costs next to nothing, the mean cost of a path says
     /// little: objects that vary alike everywhere gain nothing.
     /// Planted fault: the mean cost for each pixel's.
