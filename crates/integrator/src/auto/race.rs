@@ -57,12 +57,13 @@ pub(super) struct Race<'r, 'a> {
     pub trials: Vec<Trial>,
     pub left_out: Vec<LeftOut>,
     pub start: f64,
+    /// What the images of the first method are for.
     pub first: FirstImages,
     /// Paths with several emitter samples whose error is told by those with one, without images.
     pub told: Option<Method>,
 }
 
-/// What the images of the first method are for.
+/// Uses of the first method's images.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum FirstImages {
     /// To tell its error, with all frames of its share.

@@ -313,7 +313,6 @@ impl EmitterSampler for LightSelection<'_> {
         self.sample_chosen_lanes(from, &chosen, u)
     }
 
-    /// Point by point, and the numbers of one point in order: trees share their work.
     #[inline(always)]
     fn choose_lanes(
         &self,

@@ -230,7 +230,8 @@ pub(crate) struct Foreseen {
     /// it costs without.
     pub cost: f32,
     /// The least variance of longer paths, in parts of that of short ones: rare bright paths are
-    /// not seen.
+    /// not seen. It is the same where paths are shared: with less, a pilot promises too much of
+    /// objects under a sky.
     pub least_long: f32,
     /// Whether there are no longer paths.
     pub are_all: bool,
