@@ -369,11 +369,15 @@ impl Bsdf {
             let inside = mirror < 0.0;
             let (wo, wi) = (mirrored(wo, mirror), mirrored(wi, mirror));
             let share = share(entry.importance, total);
+            let found = entry.component.evaluate_lobes(wo, wi, inside);
+            // Most directions of vertices that are connected are behind one of the surfaces.
+            if found.iter().all(|lobe| *lobe == LobeEvaluation::default()) {
+                continue;
+            }
             let probabilities = entry.component.probabilities(wo, inside);
-            for lobe in 0..entry.component.lobe_count() {
-                let evaluation = entry.component.evaluate(lobe, wo, wi, inside);
-                sum.value += evaluation.value * entry.weight;
-                sum.pdf += evaluation.pdf * share * probabilities[lobe as usize];
+            for (lobe, probability) in found.iter().zip(probabilities) {
+                sum.value += lobe.value * entry.weight;
+                sum.pdf += lobe.pdf * share * probability;
             }
         }
         BsdfValue {

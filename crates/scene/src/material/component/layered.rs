@@ -148,6 +148,34 @@ impl Layered {
         near + (far - near) * t
     }
 
+    /// The coat's own lobe for `wi` above the surface.
+    #[inline]
+    fn coated(&self, wo: Vec3, wi: Vec3) -> LobeEvaluation {
+        let h = (wo + wi).normalize_or(Vec3::Z);
+        let (value, pdf) = MetallicRoughness::microfacets_of(&self.coat_distribution(), wo, wi, h);
+        LobeEvaluation {
+            value: Rgb::splat(self.coat_share(wo.dot(h)) * value),
+            pdf,
+        }
+    }
+
+    /// A lobe of the base below the other layers, of which the diffuse one has the sheen.
+    #[inline]
+    fn covered(
+        &self,
+        lobe: u8,
+        mut found: LobeEvaluation,
+        (coat, both): (f32, f32),
+        [wo, wi]: [Vec3; 2],
+    ) -> LobeEvaluation {
+        found.value *= both;
+        if lobe == 1 && self.sheen != Rgb::ZERO {
+            found.value += self.sheen * (coat * sheen_lobe(wo, wi, self.sheen_alpha) * wi.z);
+            found.pdf = 0.5 * (found.pdf + 1.0 / TAU);
+        }
+        found
+    }
+
     /// What the coat lets through, `K`, and that times what the sheen does, `K S`.
     fn below(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
         let through = |cos: f32| 1.0 - self.coat_share(cos);
@@ -194,21 +222,31 @@ impl Scatter for Layered {
             return LobeEvaluation::default();
         }
         if lobe == 2 {
-            let h = (wo + wi).normalize_or(Vec3::Z);
-            let (value, pdf) = MetallicRoughness::microfacets_of(&self.coat_distribution(), wo, wi, h);
-            return LobeEvaluation {
-                value: Rgb::splat(self.coat_share(wo.dot(h)) * value),
-                pdf,
-            };
+            return self.coated(wo, wi);
         }
-        let (coat, both) = self.below(wo, wi);
-        let mut found = self.base().evaluate(lobe, wo, wi, inside);
-        found.value *= both;
-        if lobe == 1 && self.sheen != Rgb::ZERO {
-            found.value += self.sheen * (coat * sheen_lobe(wo, wi, self.sheen_alpha) * wi.z);
-            found.pdf = 0.5 * (found.pdf + 1.0 / TAU);
+        let found = self.base().evaluate(lobe, wo, wi, inside);
+        self.covered(lobe, found, self.below(wo, wi), [wo, wi])
+    }
+
+    #[inline]
+    fn evaluate_lobes(&self, wo: Vec3, wi: Vec3, inside: bool) -> [LobeEvaluation; MAX_COMPONENT_LOBES] {
+        let nothing = LobeEvaluation::default();
+        if wi.z <= 0.0 {
+            return [nothing; MAX_COMPONENT_LOBES];
         }
-        found
+        let below = self.below(wo, wi);
+        let [specular, diffuse, _] = self.base().evaluate_lobes(wo, wi, inside);
+        // Without a coat nothing chooses its lobe.
+        let coat = if self.coat > 0.0 {
+            self.coated(wo, wi)
+        } else {
+            nothing
+        };
+        [
+            self.covered(0, specular, below, [wo, wi]),
+            self.covered(1, diffuse, below, [wo, wi]),
+            coat,
+        ]
     }
 
     #[inline]

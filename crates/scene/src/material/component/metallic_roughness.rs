@@ -50,6 +50,32 @@ impl MetallicRoughness {
         Rgb::splat(self.dielectric(grazing) * (1.0 - self.metallic)) + metal.max(Rgb::ZERO) * self.metallic
     }
 
+    /// What enters the surface.
+    #[inline]
+    fn entering(&self, grazing: f32) -> f32 {
+        (1.0 - self.metallic) * (1.0 - self.dielectric(grazing))
+    }
+
+    /// The specular lobe for `wi` above the surface.
+    #[inline]
+    fn reflected(&self, wo: Vec3, wi: Vec3, h: Vec3, grazing: f32) -> LobeEvaluation {
+        let (value, pdf) = self.microfacets(wo, wi, h);
+        LobeEvaluation {
+            value: self.specular(grazing) * value,
+            pdf,
+        }
+    }
+
+    /// The diffuse lobe for `wi` above the surface.
+    #[inline]
+    fn diffused(&self, wi: Vec3, grazing: f32) -> LobeEvaluation {
+        let pdf = wi.z * FRAC_1_PI;
+        LobeEvaluation {
+            value: self.base_color * (self.entering(grazing) * (1.0 - self.transmission) * pdf),
+            pdf,
+        }
+    }
+
     /// `cos θ_i S` and the density of `wi`, both for `wi` above the surface.
     #[inline]
     fn microfacets(&self, wo: Vec3, wi: Vec3, h: Vec3) -> (f32, f32) {
@@ -111,23 +137,11 @@ impl Scatter for MetallicRoughness {
         }
         let h = (wo + wi).normalize_or(Vec3::Z);
         let grazing = schlick(wo.dot(h));
-        let entering = (1.0 - self.metallic) * (1.0 - self.dielectric(grazing));
         match lobe {
-            0 => {
-                let (value, pdf) = self.microfacets(wo, wi, h);
-                LobeEvaluation {
-                    value: self.specular(grazing) * value,
-                    pdf,
-                }
-            }
-            1 => {
-                let pdf = wi.z * FRAC_1_PI;
-                LobeEvaluation {
-                    value: self.base_color * (entering * (1.0 - self.transmission) * pdf),
-                    pdf,
-                }
-            }
+            0 => self.reflected(wo, wi, h, grazing),
+            1 => self.diffused(wi, grazing),
             _ => {
+                let entering = self.entering(grazing);
                 let (value, pdf) = self.microfacets(wo, wi, h);
                 LobeEvaluation {
                     value: self.base_color * (entering * self.transmission * value),
@@ -135,6 +149,27 @@ impl Scatter for MetallicRoughness {
                 }
             }
         }
+    }
+
+    #[inline]
+    fn evaluate_lobes(&self, wo: Vec3, wi: Vec3, inside: bool) -> [LobeEvaluation; MAX_COMPONENT_LOBES] {
+        let nothing = LobeEvaluation::default();
+        if wi.z > 0.0 {
+            let h = (wo + wi).normalize_or(Vec3::Z);
+            let grazing = schlick(wo.dot(h));
+            return [
+                self.reflected(wo, wi, h, grazing),
+                self.diffused(wi, grazing),
+                nothing,
+            ];
+        }
+        // An opaque surface never chooses its last lobe.
+        let through = if self.transmission > 0.0 {
+            self.evaluate(2, wo, wi, inside)
+        } else {
+            nothing
+        };
+        [nothing, nothing, through]
     }
 
     #[inline]

@@ -71,6 +71,15 @@ trait Scatter {
     /// 0 for a delta lobe, `α` for a microfacet lobe, 1 for a diffuse one.
     fn roughness(&self, lobe: u8) -> f32;
     fn evaluate(&self, lobe: u8, wo: Vec3, wi: Vec3, inside: bool) -> LobeEvaluation;
+    /// The same of all lobes. Components whose lobes have work in common do it once.
+    #[inline]
+    fn evaluate_lobes(&self, wo: Vec3, wi: Vec3, inside: bool) -> [LobeEvaluation; MAX_COMPONENT_LOBES] {
+        let mut found = [LobeEvaluation::default(); MAX_COMPONENT_LOBES];
+        for lobe in 0..Self::LOBES {
+            found[usize::from(lobe)] = self.evaluate(lobe, wo, wi, inside);
+        }
+        found
+    }
     fn sample(&self, lobe: u8, wo: Vec3, u: Vec2, inside: bool) -> Option<Draw>;
     /// Approximate share of light scattered.
     fn albedo_hint(&self) -> Rgb;
@@ -122,6 +131,13 @@ macro_rules! components {
             pub fn evaluate(&self, lobe: u8, wo: Vec3, wi: Vec3, inside: bool) -> LobeEvaluation {
                 match self {
                     $(Self::$name(c) => c.evaluate(lobe, wo, wi, inside),)*
+                }
+            }
+
+            #[inline]
+            pub fn evaluate_lobes(&self, wo: Vec3, wi: Vec3, inside: bool) -> [LobeEvaluation; MAX_COMPONENT_LOBES] {
+                match self {
+                    $(Self::$name(c) => c.evaluate_lobes(wo, wi, inside),)*
                 }
             }
 
