@@ -87,7 +87,7 @@ pub(super) fn against_chain(
     let pixels = 2.0 * width * height * f64::from(plan.frames);
     let cost = FrameCost::of(chain, &choice.features);
     let cost = match &whole.rays {
-        Some(rays) => cost.count(rays, pixels),
+        Some(rays) => cost.count(rays, whole.alone, pixels),
         // Of paths through media, whose rays are not counted.
         None => cost.in_paths(first.cost),
     };

@@ -11,19 +11,21 @@ use lightshed_scene::SceneFeatures;
 /// and so would what is chosen by it. The unit is the time of a ray, with the shading at its end,
 /// of the path tracer in a scene of few triangles.
 ///
-/// > `C = r n + s (a + b n + d m) + t v + g k`
+/// > `C = r (n + m) + l n + e k + s (a + b n + d m) + t v + g w + u`
 ///
 /// with `n` the rays of all kinds but reconnections, `m` the reconnections, `v` the choices of an
-/// emitter, `r` what a ray of this scene costs, `s` the greater of 1 and `r` of diffuse surfaces,
-/// `a` what a pixel
-/// costs beside its rays, `b` what each ray costs beside that of a path, `d` a reconnection, and
-/// `t` what a choice among emitters by a tree costs beyond one by power; `g` is what each of `k`
-/// vertices with a guide costs beyond one without. The constants are
-/// measured, see `docs/integrator.md`.
+/// emitter, `r` what a ray of this scene costs and `l` what it costs more where lobes are shaded
+/// one by one, `k` the connections that are evaluated one by one, traced or not, and `e` what one
+/// of them costs, `s` the greater of 1 and `r`, `a` what a pixel costs beside its rays, `b` what
+/// each ray costs beside that of a path, `d` a reconnection, and `t` what a choice among emitters
+/// by a tree costs beyond one by power; `g` is what each of `w`
+/// vertices with a guide costs beyond one without, and `u` what a pixel costs more where light
+/// comes from all around. Where `k` is not known it is `m`, each of which costs `l`. The constants
+/// are measured, see `docs/integrator.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FrameCost {
-    /// `r`.
-    ray: f64,
+    /// `r` and `l`.
+    ray: [f64; 2],
     /// `s`.
     scale: f64,
     /// `a`, `b`, `d`.
@@ -36,6 +38,8 @@ pub(super) struct FrameCost {
     guide: f64,
     /// Paths of a frame in a pixel, in the time of plain ones.
     paths: f64,
+    /// `u`; zero without such light.
+    surroundings: f64,
 }
 
 /// By the method's name: what a frame costs at first sight, in paths, and `a`, `b`, `d`.
@@ -50,6 +54,13 @@ const METHODS: [(&str, f64, [f64; 3]); 5] = [
 
 /// The same of frames that share by path reuse and resample the rest.
 const SHARED: (f64, [f64; 3]) = (9.0, [14.0, 0.02, -0.08]);
+
+/// `e`: 1.5 to 2.1 in three glTF files under a sky, 2.8 to 5 in rooms with a box of plastic, metal
+/// or both.
+const CONNECTED_ALONE: f64 = 2.0;
+
+/// `u`: rays that meet nothing are looked up one by one.
+const SURROUNDINGS: f64 = 1.2;
 
 /// `t` of one emitter, and more of it with each doubling.
 const TREE_CHOICE: [f64; 2] = [0.6, 0.11];
@@ -130,7 +141,7 @@ impl FrameCost {
         let (_, beside) = measured(method);
         let (ray, of_glossy) = ray_cost(features, shades_in_lanes(method));
         Self {
-            ray: ray + of_glossy,
+            ray: [ray, of_glossy],
             scale: ray.max(1.0),
             beside,
             choice: match method.values().light_choosing() {
@@ -143,6 +154,7 @@ impl FrameCost {
                 .guided_paths()
                 .map_or(0.0, |options| options.kind.look_up_cost()),
             paths: paths_of_frame(method),
+            surroundings: if features.surroundings { SURROUNDINGS } else { 0.0 },
         }
     }
 
@@ -154,15 +166,21 @@ impl FrameCost {
         paths * paths_of_frame(method) * samples * if tree { 1.4 } else { 1.0 }
     }
 
-    /// `C` of a frame's rays in `pixels` pixels.
-    pub(super) fn count(&self, rays: &RayCounts, pixels: f64) -> f64 {
+    /// `C` of a frame's rays in `pixels` pixels, and of connections that were evaluated one by one
+    /// if these were counted.
+    pub(super) fn count(&self, rays: &RayCounts, alone: Option<u64>, pixels: f64) -> f64 {
         let all: u64 = rays.by_name().iter().map(|(_, count)| count).sum();
         let [pixel, ray, reconnection] = self.beside;
         let beside =
             pixel * pixels + ray * (all - rays.reconnection) as f64 + reconnection * rays.reconnection as f64;
-        let own = (self.ray * all as f64 + self.scale * beside) / pixels;
+        let [ray, glossy] = self.ray;
+        let lobes = match alone {
+            Some(alone) => glossy * (all - rays.reconnection) as f64 + CONNECTED_ALONE * alone as f64,
+            None => glossy * all as f64,
+        };
+        let own = (ray * all as f64 + lobes + self.scale * beside) / pixels;
         let vertices = (rays.camera + rays.path) as f64 / pixels;
-        own + self.choice * rays.path as f64 / pixels + self.guide * vertices
+        own + self.choice * rays.path as f64 / pixels + self.guide * vertices + self.surroundings
     }
 
     /// `C` of a method of independent samples, by rays of paths with one emitter at each vertex.
@@ -172,13 +190,14 @@ impl FrameCost {
         // No more first surfaces than paths.
         let first = (pixels / rays.path.max(1) as f64).min(1.0);
         let [emitters, choices] = [rays.emitter, rays.path].map(|count| first * count as f64 / pixels);
-        let further = self.ray * emitters + self.choice * choices;
+        let ray = self.ray.iter().sum::<f64>();
+        let further = ray * emitters + self.choice * choices;
         let again = if self.chosen > 1.0 {
-            LOOKED_UP_AGAIN * self.ray
+            LOOKED_UP_AGAIN * ray
         } else {
             0.0
         };
-        self.in_paths(plain.count(rays, pixels) + (self.chosen - 1.0) * further + again)
+        self.in_paths(plain.count(rays, None, pixels) + (self.chosen - 1.0) * further + again)
     }
 
     /// The same where a plain path of this scene costs `path`.
@@ -213,7 +232,7 @@ mod tests {
                 reconnection: 0,
             };
             let method: Method = text.parse().unwrap();
-            FrameCost::of(&method, &features).count(&rays, 1.0)
+            FrameCost::of(&method, &features).count(&rays, None, 1.0)
         };
         let of = |text: &str, glossy_materials: usize| of_lanes(text, glossy_materials, 0);
         let [diffuse, glossy] = [0, 4].map(|count| of("path", count));
@@ -235,6 +254,38 @@ mod tests {
         );
         let beside = [0, 4].map(|count| of("path-reuse", count) - of("path", count));
         assert!((beside[0] - beside[1]).abs() < 1e-9, "{beside:?}");
+    }
+
+    /// Connections that are evaluated one by one cost the same for each, traced or not.
+    /// Planted fault: those that were traced.
+    #[test]
+    fn connections_alone_are_counted() {
+        let mut features = SceneFeatures::default();
+        (features.materials, features.glossy_materials) = (2, 1);
+        let cost = FrameCost::of(&"path-reuse".parse().unwrap(), &features);
+        let of = |reconnection: u64, alone: u64| {
+            let rays = RayCounts {
+                camera: 1,
+                path: 1,
+                emitter: 1,
+                replay: 0,
+                reconnection,
+            };
+            cost.count(&rays, Some(alone), 1.0)
+        };
+        let more = of(2, 8) - of(2, 3);
+        assert!((more - 5.0 * CONNECTED_ALONE).abs() < 1e-9, "{more}");
+        let lanes = FrameCost::of(&"path-reuse".parse().unwrap(), &SceneFeatures::default());
+        let rays = RayCounts {
+            reconnection: 1,
+            ..RayCounts::default()
+        };
+        let traced = of(3, 0) - of(2, 0);
+        assert!(
+            (traced - lanes.count(&rays, Some(0), 1.0) + lanes.count(&RayCounts::default(), Some(0), 1.0))
+                .abs()
+                < 1e-9
+        );
     }
 
     /// A frame of guided paths is several paths, each dearer than a plain one.

@@ -23,6 +23,8 @@ pub(super) struct Images {
     pub means: [RgbImage; 2],
     /// What sharing brought a frame, of frames that share paths.
     pub gains: Option<Gains>,
+    /// Connections of both images that were evaluated one by one, of frames that share paths.
+    pub alone: Option<u64>,
 }
 
 /// Seeds of the two images, apart from those that images are rendered with.
@@ -63,6 +65,7 @@ pub(super) fn images(
     let gains: Option<[Vec<PixelGain>; 2]> = gains.try_into().ok();
     Ok(outcomes.map(|outcomes| Images {
         gains: gains.map(|gains| Gains::of(&gains, frames)),
+        alone: Some(sharing.take_alone()),
         ..compared(frames, outcomes)
     }))
 }
@@ -171,6 +174,7 @@ fn compared(frames: u32, outcomes: [RenderOutcome; 2]) -> Images {
         rays: rays.filter(|rays| *rays != RayCounts::default()),
         seconds,
         gains: None,
+        alone: None,
         error: errors(&means).sum::<f64>() / means[0].pixels().len().max(1) as f64,
         means,
     }
@@ -324,6 +328,7 @@ mod tests {
             error: 0.0,
             means: [image(0.0), image(1.0)],
             gains: None,
+            alone: None,
         }
     }
 

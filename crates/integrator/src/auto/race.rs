@@ -374,7 +374,7 @@ impl Race<'_, '_> {
             let cost = FrameCost::of(method, &self.features);
             match (self.task.by_clock, &images.rays, &path) {
                 (true, ..) => images.seconds / pixels(images.frames),
-                (false, Some(rays), _) => cost.count(rays, pixels(images.frames)),
+                (false, Some(rays), _) => cost.count(rays, images.alone, pixels(images.frames)),
                 (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
                 (false, None, None) => cost.of_usual_paths(self.max_depth),
             }

@@ -157,6 +157,8 @@ pub struct Sharing {
     owners: [[u8; MAX_BATCH]; BATCHES],
     counts: [usize; BATCHES],
     batch: usize,
+    /// Connections that were evaluated one by one so far.
+    pub alone: u64,
 }
 
 const _: () = assert!(BLOCKS * LANES <= 1 << u8::BITS);
@@ -179,6 +181,7 @@ impl Sharing {
             owners: [[0; MAX_BATCH]; BATCHES],
             counts: [0; BATCHES],
             batch: 0,
+            alone: 0,
         }
     }
 
@@ -359,6 +362,7 @@ impl Sharing {
         trees: &Trees,
     ) {
         let lit = self.lit[number];
+        self.alone += 1;
         let between = second.point.position - first.point.position;
         let distance_squared = between.length_squared();
         let direction = between / distance_squared.sqrt();

@@ -24,7 +24,7 @@ use lightshed_shift::PathPart;
 use reach::Reach;
 pub(crate) use squares::SIDE;
 use squares::{MOST_PIXELS, Squares};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tree::Trees;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
@@ -70,6 +70,8 @@ use tree::Trees;
 pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     transport: Transport<'a, S>,
     tally: RayTally,
+    /// Connections that were evaluated one by one.
+    alone: AtomicU64,
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
@@ -100,6 +102,7 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         Self {
             transport: Transport::new(scene, sampler),
             tally: RayTally::default(),
+            alone: AtomicU64::new(0),
             points: PointSet::Independent,
             visible: None,
             short: None,
@@ -133,6 +136,12 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         };
         let nothing = vec![PixelGain::default(); gains.len()];
         std::mem::replace(gains, nothing)
+    }
+
+    /// How many connections were evaluated one by one since this was asked last, for surfaces that
+    /// are not shaded in lanes; most are not traced.
+    pub(crate) fn take_alone(&mut self) -> u64 {
+        std::mem::take(self.alone.get_mut())
     }
 
     /// Leaves a part of the paths to another estimator from the next frame on.
@@ -217,6 +226,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                 }
             }
         }
+        self.alone.fetch_add(sharing.alone, Ordering::Relaxed);
     }
 
     /// What the trees of some pixels say, which are not those of the image.
