@@ -7,7 +7,7 @@ use lightshed::sampling::{
     FreeFlight, Ggx, MicrofacetDistribution, PolarDisk, SphericalTriangle, Tent, UniformCone,
     UniformHemisphere, UniformSphere, UniformTriangle, VonMisesFisher, choose_pmf, octahedral_decode,
     octahedral_encode, octahedral_pack16, octahedral_pack32, octahedral_unpack16, octahedral_unpack32,
-    pairwise_sum, power_heuristic, remap, sin_cos_turns, triangle_solid_angle,
+    pairwise_sum, power_heuristic, remap, sin_cos_turns, triangle_solid_angle, turn_of,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -63,6 +63,20 @@ fn numbers() -> Vec<Row> {
                 w.add(f64::from(cos), c);
             }
         }),
+        worst(
+            "turn_of",
+            "points on circles of radius 10⁻³⁰ to 10³⁰",
+            Kind::Absolute,
+            |w| {
+                let mut rng = rng(4);
+                for t in units(5) {
+                    let radius = 10f32.powf(60.0 * rng.next_f32() - 30.0);
+                    let (s, c) = sin_cos_turns(t);
+                    let (y, x) = (radius * s, radius * c);
+                    w.add(f64::from(turn_of(y, x)), f64::from(y).atan2(f64::from(x)) / TAU);
+                }
+            },
+        ),
         worst("remap", "numbers in intervals of [0, 1]", Kind::Absolute, |w| {
             let mut rng = rng(2);
             for u in units(3) {

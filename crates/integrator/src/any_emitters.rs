@@ -7,8 +7,8 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SkySampling,
-    SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, Environment, Rgb,
+    SkyPlace, SkySampling, SurfacePoint,
 };
 use std::sync::Arc;
 
@@ -92,6 +92,19 @@ impl EmitterSampler for AnyEmitters<'_> {
     fn pdf_environment(&self, from: Vec3, site: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
         with_emitters!(self, site, (emitters, at) => {
             EmitterSampler::pdf_environment(emitters, from, at, direction)
+        })
+    }
+
+    #[inline]
+    fn environment(
+        &self,
+        environment: (&Environment, SkyPlace),
+        from: Vec3,
+        site: &ShadingPoint,
+        direction: Vec3,
+    ) -> (Rgb, Density<SolidAngle>) {
+        with_emitters!(self, site, (emitters, at) => {
+            EmitterSampler::environment(emitters, environment, from, at, direction)
         })
     }
 

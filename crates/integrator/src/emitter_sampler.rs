@@ -5,7 +5,8 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, Environment, Rgb,
+    SkyPlace, SurfacePoint,
 };
 
 /// Selects emitters of a scene: every method that samples emitters is generic over it.
@@ -52,6 +53,23 @@ pub trait EmitterSampler: Sync {
 
     /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
     fn pdf_environment(&self, from: Vec3, site: &Self::Site, direction: Vec3) -> Density<SolidAngle>;
+
+    /// Radiance of the scene's environment along `direction`, which is at `place` there, and
+    /// [`pdf_environment`](Self::pdf_environment); the density has no meaning where the radiance is
+    /// black. Samplers that look up the place for their density do not look it up again.
+    #[inline(always)]
+    fn environment(
+        &self,
+        (environment, place): (&Environment, SkyPlace),
+        from: Vec3,
+        site: &Self::Site,
+        direction: Vec3,
+    ) -> (Rgb, Density<SolidAngle>) {
+        match environment.radiance_at(place) {
+            radiance if radiance == Rgb::ZERO => (radiance, Density::ZERO),
+            radiance => (radiance, self.pdf_environment(from, site, direction)),
+        }
+    }
 
     /// Selects an emitter by `u_select` and a place on it by `u`; returns it with its
     /// [`endpoint_probability`](Self::endpoint_probability). `None` counts as a sample of value
@@ -235,6 +253,17 @@ impl EmitterSampler for EmittersByPower<'_> {
         self.pdf_environment(direction)
     }
 
+    #[inline(always)]
+    fn environment(
+        &self,
+        (_, place): (&Environment, SkyPlace),
+        _from: Vec3,
+        (): &(),
+        _direction: Vec3,
+    ) -> (Rgb, Density<SolidAngle>) {
+        self.environment(place)
+    }
+
     #[inline]
     fn sample_endpoint(
         &self,
@@ -312,6 +341,17 @@ impl<S: EmitterSampler> EmitterSampler for &S {
     #[inline(always)]
     fn pdf_environment(&self, from: Vec3, site: &S::Site, direction: Vec3) -> Density<SolidAngle> {
         S::pdf_environment(self, from, site, direction)
+    }
+
+    #[inline(always)]
+    fn environment(
+        &self,
+        environment: (&Environment, SkyPlace),
+        from: Vec3,
+        site: &S::Site,
+        direction: Vec3,
+    ) -> (Rgb, Density<SolidAngle>) {
+        S::environment(self, environment, from, site, direction)
     }
 
     #[inline(always)]

@@ -33,8 +33,8 @@ pub use description::{
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
-    EmitterOutline, EmitterSample, Emitters, EmittersByPower, EmittersIdentity, Environment, SkySampling,
-    UnknownSkySampling,
+    EmitterOutline, EmitterSample, Emitters, EmittersByPower, EmittersIdentity, Environment, SkyPlace,
+    SkySampling, UnknownSkySampling,
 };
 pub use error::SceneError;
 pub use features::SceneFeatures;

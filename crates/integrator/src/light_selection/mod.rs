@@ -14,8 +14,8 @@ use lightshed_lights::{LightError, LightSampler, ShadingPoint};
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, Emitters, Scene, SkySampling,
-    SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, Emitters, Environment, Rgb, Scene,
+    SkyPlace, SkySampling, SurfacePoint,
 };
 use sampler::with_sampler;
 use std::sync::Arc;
@@ -215,6 +215,19 @@ impl EmitterSampler for LightSelection<'_> {
     #[inline]
     fn pdf_environment(&self, _from: Vec3, _at: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
         self.emitters.pdf_at_infinity(self.sky, direction) * self.environment_probability()
+    }
+
+    #[inline]
+    fn environment(
+        &self,
+        (environment, place): (&Environment, SkyPlace),
+        _from: Vec3,
+        _at: &ShadingPoint,
+        _direction: Vec3,
+    ) -> (Rgb, Density<SolidAngle>) {
+        let (radiance, pdf) = environment.radiance_and_pdf_at(self.sky, place);
+        let share = 1.0 / self.emitters.infinite_count() as f32;
+        (radiance, pdf * share * self.environment_probability())
     }
 
     #[inline]

@@ -78,6 +78,7 @@ impl<K: Copy + Default> Paths<K> {
                 pdf: Density::new(pdf),
                 is_delta: !cfg!(lightshed_without = "specular") && pdf == f32::INFINITY,
             }),
+            sky: None,
         }
     }
 

@@ -11,13 +11,13 @@ use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::{Purpose, ending_surface, ending_vertex};
 use super::scattered_lanes::{ScatteredLanes, facing, is_black, load_rows, load_vectors, store_vectors};
 use super::scattering::SurfaceVertex;
-use super::transport::{SURVIVAL_CAP, Transport};
+use super::transport::{PathState, SURVIVAL_CAP, Transport};
 use super::vertex_rows::VertexRows;
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::{SobolScrambles, power_heuristic_lanes};
-use lightshed_scene::{DiffuseLanes, HitBatch};
+use lightshed_scene::{DiffuseLanes, Environment, HitBatch, SkyPlace};
 use std::f32::consts::FRAC_1_PI;
 
 /// Processes what the rays of `paths` (and their number), their edge number `depth`, have hit:
@@ -117,10 +117,9 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         ];
         let numbers = VertexLanes::<L>::from_blocks(blocks, self.samples());
         let mut others = wanted & !missed;
-        let environment = match scene.emitters().environment() {
-            Some(_) => missed,
-            None => 0,
-        };
+        if let Some(environment) = scene.emitters().environment().filter(|_| missed != 0) {
+            self.escape::<L>(environment, place, missed);
+        }
         // On arrays one vertex after another gives the same bits by a tenth of the code.
         if L::IN_REGISTERS {
             let mut point = scene.diffuse_lanes::<L>(self.hits, place, others);
@@ -128,13 +127,11 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 point.glossy = 0;
             }
             let together = point.diffuse | point.glossy;
-            self.arrive_all(place, point.emitting & together | environment);
+            self.arrive_all(place, point.emitting & together);
             if together != 0 {
                 self.together(place, &point, &numbers);
                 others &= !together;
             }
-        } else {
-            self.arrive_all(place, environment);
         }
         if others != 0 {
             let numbers = numbers.store();
@@ -150,18 +147,32 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     #[inline(always)]
     fn arrive_all(&mut self, place: usize, mut met: u32) {
         while met != 0 {
-            self.arrive(place + met.trailing_zeros() as usize);
+            self.arrive(place + met.trailing_zeros() as usize, None);
             met &= met - 1;
         }
     }
 
-    /// Tells what one path has met.
+    /// Tells what the paths of the lanes `missed` find around the scene.
+    #[inline(always)]
+    fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
+        let places = environment.places::<L>(load_vectors(&self.paths.rays.direction, place));
+        while missed != 0 {
+            let lane = missed.trailing_zeros() as usize;
+            self.arrive(place + lane, Some(places[lane % LANES]));
+            missed &= missed - 1;
+        }
+    }
+
+    /// Tells what one path has met; outside of the scene, at this place of the sky.
     #[inline(never)]
-    fn arrive(&mut self, index: usize) {
+    fn arrive(&mut self, index: usize, sky: Option<SkyPlace>) {
         let (scene, ray) = (self.transport.scene, self.paths.rays.get(index));
         let point = self.hits.get(index).map(|hit| scene.surface(&ray, &hit));
         let owner = self.paths.owner.get_word(index) as usize;
-        let path = self.paths.get(index, self.depth);
+        let path = PathState {
+            sky,
+            ..self.paths.get(index, self.depth)
+        };
         self.purpose
             .arrive(self.transport, owner, self.depth, &path, &ray, point.as_ref());
     }

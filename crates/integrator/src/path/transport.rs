@@ -14,7 +14,7 @@ use crate::emitter_sampler::EmitterSampler;
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, power_heuristic};
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Ray, Rgb, Scene, SkyPlace, SurfacePoint};
 
 /// Greatest survival probability in roulette, also for the brightest path, so that paths between
 /// mirrors end.
@@ -86,6 +86,8 @@ pub(crate) struct PathState<K> {
     pub eta_squared: f32,
     /// How the current ray left its vertex; `None` from the camera.
     pub bounce: Option<Bounce<K>>,
+    /// Where its direction is looked up if it meets nothing; `None` where nobody has worked it out.
+    pub sky: Option<SkyPlace>,
 }
 
 /// How a ray left its vertex.
@@ -130,11 +132,19 @@ pub(crate) trait VertexStream {
 /// Emitted radiance that `ray` hits at `point`, at infinity if that is `None`.
 #[inline(always)]
 pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
+    met_emission_at(scene, ray, point, None)
+}
+
+/// The same where it may be known at which place of the sky the ray's direction is.
+#[inline(always)]
+fn met_emission_at(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>, sky: Option<SkyPlace>) -> Rgb {
     let emitters = scene.emitters();
     match (point, emitters.environment()) {
         (Some(point), _) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
         (Some(point), _) => emitters.radiance(point, ray.direction),
-        (None, Some(environment)) => environment.radiance(ray.direction),
+        (None, Some(environment)) => {
+            environment.radiance_at(sky.unwrap_or_else(|| environment.place(ray.direction)))
+        }
         (None, None) => Rgb::ZERO,
     }
 }
@@ -152,6 +162,32 @@ impl<K> Bounce<K> {
             None => sampler.pdf_environment(self.from, &self.site, ray.direction),
         }
     }
+
+    /// Radiance that `ray`, which left by this bounce, has met at `point` or around the scene,
+    /// perhaps at a known place of its sky, and the density with which an emitter sample finds it
+    /// if it is not black.
+    #[inline(always)]
+    fn met<S>(
+        &self,
+        (scene, sampler): (&Scene, &S),
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+        sky: Option<SkyPlace>,
+    ) -> (Rgb, Density<SolidAngle>)
+    where
+        S: EmitterSampler<Site = K>,
+    {
+        match (point, scene.emitters().environment()) {
+            (None, Some(environment)) => {
+                let place = sky.unwrap_or_else(|| environment.place(ray.direction));
+                sampler.environment((environment, place), self.from, &self.site, ray.direction)
+            }
+            _ => match met_emission(scene, ray, point) {
+                emitted if emitted == Rgb::ZERO => (emitted, Density::ZERO),
+                emitted => (emitted, self.emitter_pdf(sampler, ray, point)),
+            },
+        }
+    }
 }
 
 impl<K> PathState<K> {
@@ -160,6 +196,7 @@ impl<K> PathState<K> {
         throughput: Rgb::ONE,
         eta_squared: 1.0,
         bounce: None,
+        sky: None,
     };
 
     /// Emitted radiance that the path's ray hits, times the MIS weight of having found it; from the
@@ -185,17 +222,35 @@ impl<K> PathState<K> {
     where
         S: EmitterSampler<Site = K>,
     {
-        let emitted = met_emission(scene, ray, point);
-        match &self.bounce {
-            Some(bounce) if emitted != Rgb::ZERO => {
-                if !cfg!(lightshed_without = "specular") && bounce.is_delta {
+        let is_delta = |bounce: &Bounce<K>| !cfg!(lightshed_without = "specular") && bounce.is_delta;
+        match self.bounce.as_ref().filter(|bounce| !is_delta(bounce)) {
+            Some(bounce) => {
+                let (emitted, by_emitters) = bounce.met((scene, sampler), ray, point, self.sky);
+                if emitted == Rgb::ZERO {
                     return emitted;
                 }
-                let by_emitters = bounce.emitter_pdf(sampler, ray, point) * samples as f32;
-                emitted * power_heuristic(bounce.pdf, by_emitters)
+                emitted * power_heuristic(bounce.pdf, by_emitters * samples as f32)
             }
-            _ => emitted,
+            None => met_emission_at(scene, ray, point, self.sky),
         }
+    }
+
+    /// Emitted radiance that the path's ray hits, and the density with which an emitter sample finds
+    /// it; `None` where it is black, and from the camera.
+    #[inline(always)]
+    pub fn met_and_pdf<S>(
+        &self,
+        scene: &Scene,
+        sampler: &S,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) -> Option<(Rgb, Density<SolidAngle>)>
+    where
+        S: EmitterSampler<Site = K>,
+    {
+        let bounce = self.bounce.as_ref()?;
+        let met = bounce.met((scene, sampler), ray, point, self.sky);
+        (met.0 != Rgb::ZERO).then_some(met)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Sine and cosine of a fraction of a full turn.
+//! Angles as fractions of a full turn.
 
 use super::clamp_or_low;
 use core::f32::consts::FRAC_PI_2;
@@ -76,6 +76,63 @@ pub(crate) fn sin_cos_quarter_lanes<L: Lanes>(r: L) -> (L, L) {
     (sin, cos)
 }
 
+/// The angle from the x axis to `(x, y)` in full turns, in [−½, ½], of finite arguments: the
+/// inverse of [`sin_cos_turns`]. The signs of zeros count, as in `f32::atan2`.
+///
+/// # Precision
+/// Absolute error below 6·10⁻⁸.
+///
+/// # Performance
+/// One division, additions, multiplications and bit operations, with the same bits on every
+/// platform, GPUs without contraction included. One after the other as fast as `f32::atan2`, eight
+/// at a time ([`turn_of_lanes`]) several times as fast.
+#[inline(always)]
+pub fn turn_of(y: f32, x: f32) -> f32 {
+    // By bits, without a branch: that of a random direction is often mispredicted.
+    let [(x_sign, x), (y_sign, y)] = [x, y].map(|v| (v.to_bits() & SIGN, v.abs()));
+    let swap = u32::from(y > x).wrapping_neg();
+    let [low, high] = [swap, !swap].map(|of_x| f32::from_bits(x.to_bits() & of_x | y.to_bits() & !of_x));
+    // The origin is on the axis.
+    let one = ONE & u32::from(high == 0.0).wrapping_neg();
+    let a = low / f32::from_bits(high.to_bits() | one);
+    let s = a * a;
+    // An odd polynomial that interpolates the arctangent at Chebyshev nodes.
+    let odd = -0.022_286_93
+        + s * (0.015_706_787 + s * (-0.009_363_046 + s * (0.003_784_787 + s * -0.000_725_713_44)));
+    let turn = a * (0.159_154_92 + s * (-0.053_049_23 + s * (0.031_778_406 + s * odd)));
+    // 1/4 minus it beside the other axis, 1/2 minus that on the other side.
+    let quarter = f32::from_bits(QUARTER & swap) + f32::from_bits(turn.to_bits() ^ (SIGN & swap));
+    let half = HALF & (x_sign >> 31).wrapping_neg();
+    let turn = f32::from_bits(half) + f32::from_bits(quarter.to_bits() ^ x_sign);
+    f32::from_bits(turn.to_bits() ^ y_sign)
+}
+
+/// [`turn_of`] of eight points, bit for bit.
+#[inline(always)]
+pub fn turn_of_lanes<L: Lanes>(y: L, x: L) -> L {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let (along, off) = (x.abs(), y.abs());
+    let swap = along.less(off);
+    let (low, high) = (along.select(swap, off), off.select(swap, along));
+    let a = low / one.select(high.equal(zero), high);
+    let s = a * a;
+    let odd = L::splat(-0.022_286_93)
+        + s * (L::splat(0.015_706_787)
+            + s * (L::splat(-0.009_363_046)
+                + s * (L::splat(0.003_784_787) + s * L::splat(-0.000_725_713_44))));
+    let turn = a
+        * (L::splat(0.159_154_92) + s * (L::splat(-0.053_049_23) + s * (L::splat(0.031_778_406) + s * odd)));
+    let turn = (L::splat(0.25) - turn).select(swap, turn);
+    let is_negative = one.copysign(x).less(zero);
+    let turn = (L::splat(0.5) - turn).select(is_negative, turn);
+    turn.copysign(y)
+}
+
+const SIGN: u32 = 1 << 31;
+const ONE: u32 = 1f32.to_bits();
+const QUARTER: u32 = 0.25f32.to_bits();
+const HALF: u32 = 0.5f32.to_bits();
+
 /// The fraction of a full turn in [0, 1) at which `(x, y)` lies; 0 for the origin.
 #[inline(always)]
 pub(crate) fn turns_of(x: f32, y: f32) -> f32 {
@@ -100,6 +157,61 @@ mod tests {
                 .max((f64::from(cos) - true_cos).abs());
         }
         assert!(worst < 1.1e-7, "{worst}");
+    }
+
+    /// At directions of all angles and lengths, on axes and with either zero.
+    /// Planted faults: arguments exchanged, the sign of a zero left out, one coefficient rounded to
+    /// five digits.
+    #[test]
+    fn angles_agree_with_double_precision() {
+        let mut worst: f64 = 0.0;
+        for i in 0..1 << 20 {
+            let angle = f64::from(i) / f64::from(1 << 20) * core::f64::consts::TAU;
+            let length = 10f64.powi(i % 70 - 40);
+            let (y, x) = ((length * angle.sin()) as f32, (length * angle.cos()) as f32);
+            let truth = f64::from(y).atan2(f64::from(x)) / core::f64::consts::TAU;
+            worst = worst.max((f64::from(turn_of(y, x)) - truth).abs());
+        }
+        assert!(worst < 6e-8, "{worst}");
+        for (y, x) in [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (0.0, 0.0)] {
+            for (y, x) in [(y, x), (-y, x), (y, -x), (-y, -x)] {
+                let truth = f32::atan2(y, x) / core::f32::consts::TAU;
+                assert_eq!(turn_of(y, x), truth, "{y} {x}");
+                assert_eq!(turn_of(y, x).is_sign_negative(), truth.is_sign_negative());
+            }
+        }
+    }
+
+    /// Planted faults: the sign of `x` by its value, which is wrong for −0; low and high exchanged.
+    #[test]
+    fn angles_in_lanes_have_the_same_bits() {
+        let some = [
+            0.0, -0.0, 1.0, -1.0, 1e-40, -1e-40, 1e-20, 3e30, 0.3, -0.7, 12.5, -2e-3,
+        ];
+        let points: Vec<(f32, f32)> = some.iter().flat_map(|&y| some.map(|x| (y, x))).collect();
+        for lanes in lightshed_lanes::LaneChoice::all() {
+            for points in points.chunks_exact(8) {
+                let [y, x] =
+                    [0, 1].map(|n| core::array::from_fn(|i| if n == 0 { points[i].0 } else { points[i].1 }));
+                let found = lanes.run(Turns { y, x });
+                let alone: Vec<u32> = points.iter().map(|&(y, x)| turn_of(y, x).to_bits()).collect();
+                assert_eq!(found.map(f32::to_bits).as_slice(), alone, "{points:?}");
+            }
+        }
+    }
+
+    struct Turns {
+        y: [f32; 8],
+        x: [f32; 8],
+    }
+
+    impl lightshed_lanes::LaneKernel for Turns {
+        type Output = [f32; 8];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> [f32; 8] {
+            turn_of_lanes(L::load(&self.y), L::load(&self.x)).store()
+        }
     }
 
     #[test]

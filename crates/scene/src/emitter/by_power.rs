@@ -1,8 +1,8 @@
 //! Selection of emitters by power, independent of the point that they light.
 
 use super::area::AreaEmitter;
-use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, SkySampling};
-use crate::{FlatDelta, FlatEmitter, SceneError, SurfacePoint};
+use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, SkyPlace, SkySampling};
+use crate::{FlatDelta, FlatEmitter, Rgb, SceneError, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
 
@@ -127,6 +127,19 @@ impl<'a> EmittersByPower<'a> {
         match self.emitters.environment() {
             Some(environment) => environment.pdf_by(self.sky, direction) * self.group_probability(),
             None => Density::ZERO,
+        }
+    }
+
+    /// Radiance from the environment at a place, and [`pdf_environment`](Self::pdf_environment) of
+    /// the direction there. The density is 0 where the radiance is.
+    #[inline(always)]
+    pub fn environment(&self, place: SkyPlace) -> (Rgb, Density<SolidAngle>) {
+        match self.emitters.environment() {
+            Some(environment) => {
+                let (radiance, pdf) = environment.radiance_and_pdf_at(self.sky, place);
+                (radiance, pdf * self.group_probability())
+            }
+            None => (Rgb::ZERO, Density::ZERO),
         }
     }
 

@@ -25,7 +25,7 @@ pub(crate) use by_power::PowerTable;
 pub use emission::EmittedRay;
 pub(crate) use emission::Surroundings;
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
-pub use environment::Environment;
+pub use environment::{Environment, SkyPlace};
 pub use lanes::EmitterLanes;
 pub use on_one::{EmitterExtent, EmitterOrientation};
 pub use outline::EmitterOutline;

@@ -11,7 +11,7 @@ use crate::path::paths::{Paths, Shadows};
 use crate::path::purpose::Purpose;
 use crate::path::short::ShortPaths;
 use crate::path::start::Start;
-use crate::path::transport::{PathState, Transport, met_emission};
+use crate::path::transport::{PathState, Transport};
 use crate::visible_emission::VisibleEmission;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
@@ -73,7 +73,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         self.meet(&mut trees.first, &paths, count);
         if transport.max_depth == 1 {
             for tree in 0..count {
-                Vertices::<S, FIRST>::met(transport, (&paths, taken), tree, trees);
+                Vertices::<S, FIRST>::met(transport, (&paths, taken), (tree, None), trees);
             }
             trees.forget_own(short);
             return;
@@ -242,9 +242,8 @@ impl Purpose for Found<'_> {
             self.radiances[place] += path.throughput * path.met(scene, sampler, ray, point);
             return;
         }
-        let radiance = met_emission(scene, ray, point);
-        if let Some(bounce) = path.bounce.as_ref().filter(|_| radiance != Rgb::ZERO) {
-            self.met[place] = Some((radiance, bounce.emitter_pdf(sampler, ray, point).value()));
+        if let Some((radiance, by_emitters)) = path.met_and_pdf(scene, sampler, ray, point) {
+            self.met[place] = Some((radiance, by_emitters.value()));
         }
     }
 

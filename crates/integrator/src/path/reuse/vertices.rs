@@ -6,14 +6,14 @@ use super::tree::Trees;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers, emitter_block};
 use crate::path::paths::{Paths, Shadows, lanes_within};
-use crate::path::scattered_lanes::{is_black, store_vectors};
+use crate::path::scattered_lanes::{is_black, load_vectors, store_vectors};
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, PathState, Shadow, Transport, UNSEEN};
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::power_heuristic_lanes;
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{DiffuseLanes, HitBatch, Rgb};
+use lightshed_scene::{DiffuseLanes, Environment, HitBatch, Rgb, SkyPlace};
 
 /// Number of the edge that leads to `x₁`, and to `x₂`.
 pub const FIRST: u32 = 1;
@@ -68,27 +68,24 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         missed &= wanted;
         let scene = self.transport.scene;
         let mut others = wanted & !missed;
-        let environment = match scene.emitters().environment() {
-            Some(_) => missed,
-            None => 0,
-        };
+        if let Some(environment) = scene.emitters().environment().filter(|_| missed != 0) {
+            self.escape::<L>(environment, place, missed);
+        }
         if L::IN_REGISTERS {
-            let mut point = scene.diffuse_lanes::<L>(hits, place, others & !is_delta);
+            let mut point = scene.diffuse_lanes::<L>(self.hits(), place, others & !is_delta);
             if self.transport.sampler.uses_gloss() {
                 point.glossy = 0;
             }
             let together = point.diffuse | point.glossy;
-            self.arrive_all(place, point.emitting & together | environment);
+            self.arrive_all(place, point.emitting & together);
             if together != 0 {
                 self.together(place, &point, together);
                 others &= !together;
             }
-        } else {
-            self.arrive_all(place, environment);
         }
         while others != 0 {
             let lane = others.trailing_zeros() as usize;
-            self.arrive(place + lane);
+            self.arrive(place + lane, None);
             self.alone(place + lane);
             others &= others - 1;
         }
@@ -105,21 +102,33 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
     #[inline(always)]
     fn arrive_all(&mut self, place: usize, mut met: u32) {
         while met != 0 {
-            self.arrive(place + met.trailing_zeros() as usize);
+            self.arrive(place + met.trailing_zeros() as usize, None);
             met &= met - 1;
         }
     }
 
-    #[inline(never)]
-    fn arrive(&mut self, index: usize) {
-        Self::met(self.transport, (self.paths, self.taken), index, self.trees);
+    /// Adds what the paths of the lanes `missed` find around the scene.
+    #[inline(always)]
+    fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
+        let places = environment.places::<L>(load_vectors(&self.paths.rays.direction, place));
+        while missed != 0 {
+            let lane = missed.trailing_zeros() as usize;
+            self.arrive(place + lane, Some(places[lane % LANES]));
+            missed &= missed - 1;
+        }
     }
 
-    /// Adds emission that one path has met.
+    #[inline(never)]
+    fn arrive(&mut self, index: usize, sky: Option<SkyPlace>) {
+        Self::met(self.transport, (self.paths, self.taken), (index, sky), self.trees);
+    }
+
+    /// Adds emission that one path has met; outside of the scene, perhaps at a known place of the
+    /// sky.
     pub fn met(
         transport: &Transport<'_, S>,
         (paths, taken): (&Paths<S::Site>, u64),
-        index: usize,
+        (index, sky): (usize, Option<SkyPlace>),
         trees: &mut Trees,
     ) {
         let hit = match DEPTH {
@@ -131,7 +140,10 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         }
         let (scene, ray) = (transport.scene, paths.rays.get(index));
         let point = hit.map(|hit| scene.surface(&ray, &hit));
-        let path = paths.get(index, DEPTH);
+        let path = PathState {
+            sky,
+            ..paths.get(index, DEPTH)
+        };
         let met = path.met(scene, &transport.sampler, &ray, point.as_ref());
         trees.add_own(paths.owner.get_word(index) as usize, path.throughput * met);
     }
@@ -187,6 +199,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
                     pdf: sample.pdf,
                     is_delta: sample.is_delta,
                 }),
+                sky: None,
             };
             self.push(index, &path, &vertex.point.spawn(sample.direction));
         }
@@ -281,6 +294,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
                 pdf: sample.pdf,
                 is_delta: sample.is_delta,
             }),
+            sky: None,
         };
         if !sample.is_delta {
             path.throughput = Rgb::ONE;
