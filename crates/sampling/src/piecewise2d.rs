@@ -172,16 +172,6 @@ impl PiecewiseConstant2d {
         ])
     }
 
-    /// Asks for the memory that [`pdf`](Self::pdf) reads to be brought near. It changes no result.
-    #[inline]
-    pub fn prefetch_pdf(&self, uv: [f32; 2]) {
-        let row = bin_of(uv[1], self.marginal.len() as u32) as usize;
-        let place = row * self.width as usize + bin_of(uv[0], self.width) as usize;
-        if let Some(start) = self.conditional.get(place) {
-            lightshed_lanes::prefetch(start);
-        }
-    }
-
     /// The density on a cell (column, row), with respect to area on the unit square; 0 out of
     /// range.
     #[inline]

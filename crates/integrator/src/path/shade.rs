@@ -156,11 +156,6 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     #[inline(always)]
     fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
         let places = environment.places::<L>(load_vectors(&self.paths.rays.direction, place));
-        for (lane, &place) in places.iter().enumerate() {
-            if missed >> lane & 1 == 1 {
-                environment.prefetch(place);
-            }
-        }
         while missed != 0 {
             let lane = missed.trailing_zeros() as usize;
             self.arrive(place + lane, Some(places[lane % LANES]));

@@ -127,22 +127,6 @@ impl Environment {
         }
     }
 
-    /// Asks for the memory that is read at a [`place`](Self::place) to be brought near: the waits of
-    /// several directions overlap. It changes no result.
-    #[inline]
-    pub fn prefetch(&self, place: SkyPlace) {
-        if let Kind::Image(image) = &self.0 {
-            let (column, row) = image.cell(place.0);
-            image.image.prefetch(column, row);
-            image.image.prefetch(column, row + 1);
-            image
-                .above_mean
-                .as_ref()
-                .unwrap_or(&image.distribution)
-                .prefetch_pdf(place.0);
-        }
-    }
-
     /// Radiance arriving from the unit direction `direction`.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Rgb {
@@ -317,29 +301,11 @@ impl ImageEnvironment {
         to_solid_angle(distribution.pdf(uv), sin_cos_turns(0.5 * uv[1]).0)
     }
 
-    /// Coordinates in columns and rows of cells.
-    #[inline(always)]
-    fn in_cells(&self, uv: [f32; 2]) -> [f32; 2] {
-        [
-            uv[0] * self.image.width() as f32,
-            uv[1] * row_count(&self.image) as f32,
-        ]
-    }
-
-    /// The column and the row of the cell at these coordinates.
-    #[inline(always)]
-    fn cell(&self, uv: [f32; 2]) -> (u32, u32) {
-        let [x, y] = self.in_cells(uv);
-        (
-            (x as u32).min(self.image.width() - 1),
-            (y as u32).min(row_count(&self.image) - 1),
-        )
-    }
-
     #[inline]
     fn radiance(&self, uv: [f32; 2]) -> Rgb {
-        let [x, y] = self.in_cells(uv);
-        let (column, row) = self.cell(uv);
+        let (width, rows) = (self.image.width(), row_count(&self.image));
+        let (x, y) = (uv[0] * width as f32, uv[1] * rows as f32);
+        let (column, row) = ((x as u32).min(width - 1), (y as u32).min(rows - 1));
         let (fx, fy) = (
             (x - column as f32).clamp(0.0, 1.0),
             (y - row as f32).clamp(0.0, 1.0),
