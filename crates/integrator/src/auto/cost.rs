@@ -59,8 +59,8 @@ const SHARED: (f64, [f64; 3]) = (9.0, [14.0, 0.02, -0.08]);
 /// or both.
 const CONNECTED_ALONE: f64 = 2.0;
 
-/// `u`: rays that meet nothing are looked up one by one.
-const SURROUNDINGS: f64 = 1.2;
+/// `u`: rays that meet nothing are told one by one.
+const SURROUNDINGS: f64 = 0.8;
 
 /// `t` of one emitter, and more of it with each doubling.
 const TREE_CHOICE: [f64; 2] = [0.6, 0.11];
