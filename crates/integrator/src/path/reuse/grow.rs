@@ -32,6 +32,23 @@ pub struct Ground<'a, S> {
     pub apart: u32,
 }
 
+/// Room for the paths of a batch, made once for many batches: what is left in it is not read.
+pub struct Rooms<K> {
+    paths: Paths<K>,
+    onward: Paths<K>,
+    shadows: Shadows,
+}
+
+impl<K: Copy + Default> Rooms<K> {
+    pub fn new() -> Self {
+        Self {
+            paths: Paths::new(),
+            onward: Paths::new(),
+            shadows: Shadows::NONE,
+        }
+    }
+}
+
 // Not derived: a derive would ask for `S: Copy`.
 impl<S> Clone for Ground<'_, S> {
     fn clone(&self) -> Self {
@@ -43,14 +60,19 @@ impl<S> Copy for Ground<'_, S> {}
 
 impl<S: EmitterSampler> Ground<'_, S> {
     /// Grows a tree for each pixel, at most [`MAX_BATCH`].
-    pub fn grow(&self, pixels: &[u32], trees: &mut Trees) {
+    pub fn grow(&self, pixels: &[u32], rooms: &mut Rooms<S::Site>, trees: &mut Trees) {
         trees.clear();
         let (transport, scene) = (self.transport, self.transport.scene);
         let count = pixels.len().min(MAX_BATCH);
         if transport.max_depth == 0 || count == 0 {
             return;
         }
-        let (mut paths, mut onward) = (Paths::new(), Paths::new());
+        let Rooms {
+            paths,
+            onward,
+            shadows,
+        } = rooms;
+        shadows.count = 0;
         let mut ids = [SampleId::default(); MAX_BATCH];
         for (id, &pixel) in ids.iter_mut().zip(pixels) {
             let (x, y) = (pixel % self.width, pixel / self.width);
@@ -64,16 +86,15 @@ impl<S: EmitterSampler> Ground<'_, S> {
             camera: scene.camera(),
             ids: &ids[..count],
             words: self.words,
-            paths: &mut paths,
+            paths,
         });
         let taken = self.visible.map_or(0, |visible| visible.taken(&ids[..count]));
         let short = self.short.map_or(0, |short| short.taken(&ids[..count]));
-        let mut shadows = Shadows::NONE;
         self.tally.add(RayKind::Camera, count);
-        self.meet(&mut trees.first, &paths, count);
+        self.meet(&mut trees.first, paths, count);
         if transport.max_depth == 1 {
             for tree in 0..count {
-                Vertices::<S, FIRST>::met(transport, (&paths, taken), (tree, None), trees);
+                Vertices::<S, FIRST>::met(transport, (paths, taken), (tree, None), trees);
             }
             trees.forget_own(short);
             return;
@@ -81,43 +102,43 @@ impl<S: EmitterSampler> Ground<'_, S> {
         let survivors = transport.lanes.run(Vertices::<S, FIRST> {
             transport,
             words: self.words,
-            paths: &paths,
+            paths,
             alive: count,
             taken,
-            next: &mut onward,
+            next: onward,
             survivors: 0,
-            shadows: &mut shadows,
+            shadows,
             trees,
             apart: self.apart,
         });
-        self.connect(&shadows, trees);
+        self.connect(shadows, trees);
         if transport.max_depth == 2 {
             // Only emission that the last edges hit counts.
             let mut last = LastEdges(self.words, self.tally, trees);
-            follow(transport, &mut onward, survivors, 2, &mut last);
+            follow(transport, onward, survivors, 2, &mut last);
             trees.forget_own(short);
             return;
         }
         let (starts, count) = (onward, survivors);
         self.tally.add(RayKind::Path, count);
-        self.meet(&mut trees.second, &starts, count);
+        self.meet(&mut trees.second, starts, count);
         shadows.count = 0;
         let survivors = transport.lanes.run(Vertices::<S, SECOND> {
             transport,
             words: self.words,
-            paths: &starts,
+            paths: starts,
             alive: count,
             taken: 0,
-            next: &mut paths,
+            next: paths,
             survivors: 0,
-            shadows: &mut shadows,
+            shadows,
             trees,
             apart: self.apart,
         });
         // All that is the trees' own until here is the light of short paths.
         trees.forget_own(short);
-        self.connect(&shadows, trees);
-        self.follow(&mut paths, survivors, trees);
+        self.connect(shadows, trees);
+        self.follow(paths, survivors, trees);
     }
 
     /// Traces the rays of paths to vertices.

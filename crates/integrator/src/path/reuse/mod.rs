@@ -14,7 +14,7 @@ use crate::path::short::{LongPaths, ShortPaths};
 use crate::path::transport::Transport;
 use crate::visible_emission::{EmittersOnFilm, VisibleEmission};
 use connections::{BATCHES, Sharing};
-use grow::Ground;
+use grow::{Ground, Rooms};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_lanes::Column;
 use lightshed_resampling::Extent;
@@ -204,6 +204,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
         let mut trees: Vec<Trees> = (0..MOST_PIXELS / MAX_BATCH).map(|_| Trees::new()).collect();
         // Large: not on the stack.
         let mut sharing = Box::new(Sharing::new());
+        let mut rooms = Box::new(Rooms::new());
         let mut pixels = Vec::with_capacity(MOST_PIXELS);
         let (mut reach, start) = (first, (squares.top(row) * ground.width) as usize);
         for column in 0..squares.columns() {
@@ -213,7 +214,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             squares.pixels(column, row, &mut pixels);
             let batches = &mut trees[..pixels.len().div_ceil(MAX_BATCH)];
             for (pixels, trees) in pixels.chunks(MAX_BATCH).zip(&mut *batches) {
-                ground.grow(pixels, trees);
+                ground.grow(pixels, &mut rooms, trees);
             }
             let mut account = gains.as_ref().map(|_| Account::open(batches));
             self.share(&mut sharing, batches, pixels.len(), &mut reach, &mut account);
@@ -242,7 +243,7 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
             let some: Vec<u32> = (0..MAX_BATCH)
                 .map(|place| (place * pixels / MAX_BATCH) as u32)
                 .collect();
-            Ground { words, ..ground }.grow(&some, &mut trees);
+            Ground { words, ..ground }.grow(&some, &mut Box::new(Rooms::new()), &mut trees);
             reach.fade(some.len());
             for (_, brightness) in Trees::all_bright(std::slice::from_ref(&trees), some.len()) {
                 reach.learn(brightness);

@@ -1,7 +1,7 @@
 //! The first two vertices of trees: eight at a time where surfaces are diffuse or glossy, one at a
 //! time elsewhere, with the same bits.
 
-use super::points::store_all;
+use super::points::{store_all, vector};
 use super::tree::Trees;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers, emitter_block};
@@ -110,11 +110,21 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
     /// Adds what the paths of the lanes `missed` find around the scene.
     #[inline(always)]
     fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
-        let places = environment.places::<L>(load_vectors(&self.paths.rays.direction, place));
+        let paths = self.paths;
+        let places = environment.places::<L>(load_vectors(&paths.rays.direction, place));
         while missed != 0 {
-            let lane = missed.trailing_zeros() as usize;
-            self.arrive(place + lane, Some(places[lane % LANES]));
+            let (index, lane) = (place + missed.trailing_zeros() as usize, missed.trailing_zeros());
+            let sky = places[lane as usize % LANES];
             missed &= missed - 1;
+            // Nothing else finds what the camera sees.
+            if DEPTH == FIRST {
+                let throughput = vector(&paths.throughput, index);
+                let owner = paths.owner.get_word(index) as usize;
+                self.trees
+                    .add_own(owner, throughput * environment.radiance_at(sky));
+            } else {
+                self.arrive(index, Some(sky));
+            }
         }
     }
 
