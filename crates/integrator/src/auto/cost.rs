@@ -45,7 +45,7 @@ pub(super) struct FrameCost {
 /// By the method's name: what a frame costs at first sight, in paths, and `a`, `b`, `d`.
 const METHODS: [(&str, f64, [f64; 3]); 5] = [
     ("path", 1.0, [0.0, 0.0, 0.0]),
-    ("path-reuse", 1.8, [1.0, 0.02, -0.08]),
+    ("path-reuse", 1.8, [0.7, 0.02, -0.08]),
     // Its reconnections are flights of known density, which cost less than rays.
     ("volpath-reuse", 1.25, [0.0, 0.0, -0.48]),
     ("restir-pt-offline", 9.0, [11.0, 0.55, 0.55]),

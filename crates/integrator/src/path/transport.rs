@@ -235,8 +235,8 @@ impl<K> PathState<K> {
         }
     }
 
-    /// Emitted radiance that the path's ray hits, and the density with which an emitter sample finds
-    /// it; `None` where it is black, and from the camera.
+    /// Emitted radiance that the path's ray hits, and the density with which an emitter sample
+    /// finds it; `None` where it is black, and from the camera.
     #[inline(always)]
     pub fn met_and_pdf<S>(
         &self,

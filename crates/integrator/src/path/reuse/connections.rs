@@ -157,7 +157,7 @@ pub struct Sharing {
     owners: [[u8; MAX_BATCH]; BATCHES],
     counts: [usize; BATCHES],
     batch: usize,
-    /// Connections that were evaluated one by one so far.
+    /// Connections so far that are evaluated one by one whatever lanes there are.
     pub alone: u64,
 }
 
@@ -343,6 +343,15 @@ impl Sharing {
                     pixels &= pixels - 1;
                     batches[group.batch].first.know(scene, group.place + lane);
                     let lighted = &batches[lit.batch];
+                    let ends = [
+                        (&batches[group.batch].first, group.place + lane),
+                        (&lighted.second, lit.place),
+                    ];
+                    // Where lanes are arrays all are made here; what is counted is the same.
+                    let for_lanes = |(vertex, place): (&Vertex, usize)| {
+                        scene.is_for_lanes(vertex.hits.primitive.get_word(place))
+                    };
+                    self.alone += u64::from(!ends.into_iter().all(for_lanes));
                     if let (Some(first), Some(second)) = (
                         &batches[group.batch].first.known[group.place + lane],
                         &lighted.second.known[lit.place],
@@ -362,7 +371,6 @@ impl Sharing {
         trees: &Trees,
     ) {
         let lit = self.lit[number];
-        self.alone += 1;
         let between = second.point.position - first.point.position;
         let distance_squared = between.length_squared();
         let direction = between / distance_squared.sqrt();

@@ -70,7 +70,7 @@ use tree::Trees;
 pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     transport: Transport<'a, S>,
     tally: RayTally,
-    /// Connections that were evaluated one by one.
+    /// Connections that are evaluated one by one whatever lanes there are.
     alone: AtomicU64,
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
@@ -138,8 +138,8 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         std::mem::replace(gains, nothing)
     }
 
-    /// How many connections were evaluated one by one since this was asked last, for surfaces that
-    /// are not shaded in lanes; most are not traced.
+    /// How many connections have been evaluated one by one since this was asked last, because a
+    /// surface is not shaded in lanes on any processor; most are not traced.
     pub(crate) fn take_alone(&mut self) -> u64 {
         std::mem::take(self.alone.get_mut())
     }
@@ -381,7 +381,7 @@ mod tests {
     use crate::path::tests::{glossy, mixed};
     use crate::{LightChoosing, LightSelection};
     use lightshed_lanes::LaneChoice;
-    use lightshed_scene::builtin;
+    use lightshed_scene::{SceneDescription, builtin};
 
     fn image<S: EmitterSampler + Send>(mut method: PathReuse<'_, S>, lanes: LaneChoice) -> Vec<Rgb> {
         method.transport.lanes = lanes;
@@ -389,6 +389,27 @@ mod tests {
         let mut image = vec![Rgb::ZERO; (width * height) as usize];
         method.render_frame(3, 7, &mut image, &AtomicBool::new(false));
         image
+    }
+
+    /// Connections that are evaluated one by one are counted alike by all processors: none between
+    /// diffuse surfaces, some where one is not for lanes.
+    /// Planted fault: all of those that are made alone.
+    #[test]
+    fn connections_alone_are_the_same_for_all_lanes() {
+        let count = |mut description: SceneDescription, lanes: LaneChoice| {
+            (description.settings.width, description.settings.height) = (32, 32);
+            let scene = Scene::new(&description).unwrap();
+            let mut method = PathReuse::new(&scene, scene.emitters_by_power()).with_lanes(lanes);
+            let mut image = vec![Rgb::ZERO; 32 * 32];
+            method.render_frame(0, 1, &mut image, &AtomicBool::new(false));
+            method.take_alone()
+        };
+        let of_mixed = count(mixed(), LaneChoice::ARRAY);
+        assert!(of_mixed > 100, "{of_mixed}");
+        for lanes in LaneChoice::all() {
+            assert_eq!(count(builtin::cornell(), lanes), 0, "{lanes:?}");
+            assert_eq!(count(mixed(), lanes), of_mixed, "{lanes:?}");
+        }
     }
 
     /// Vertices and connections in lanes against the same alone (as lanes that are arrays take

@@ -129,6 +129,15 @@ impl Scene {
         }
     }
 
+    /// Whether points on a primitive are diffuse or glossy for
+    /// [`diffuse_lanes`](Self::diffuse_lanes), on any processor.
+    #[inline]
+    pub fn is_for_lanes(&self, primitive: u32) -> bool {
+        let record = self.triangles.get(primitive as usize);
+        let kind = record.map_or(0, |record| self.diffuse_rows[record.material as usize].kind());
+        kind & (1 << DIFFUSE | 1 << GLOSSY) != 0
+    }
+
     /// Interpolated normals, in the lanes that have them.
     #[inline(always)]
     fn interpolated<L: Lanes>(
