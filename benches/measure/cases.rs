@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 pub type Case = (&'static str, u32, u32, u32);
 
 /// All of them.
-pub const CASES: [Case; 4] = [
+pub const CASES: [Case; 5] = [
     ("cornell", 256, 256, 8),
     ("sponza_crytek", 240, 135, 6),
     ("classroom", 240, 135, 6),
     ("veach_ajar", 240, 135, 13),
+    ("environment", 256, 256, 8),
 ];
 
 /// The scene's file in the folder that `LIGHTSHED_SCENES` names, if it is there.

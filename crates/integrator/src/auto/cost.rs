@@ -14,14 +14,14 @@ use lightshed_scene::SceneFeatures;
 /// > `C = r (n + m) + l n + e k + s (a + b n + d m) + t v + g w + u`
 ///
 /// with `n` the rays of all kinds but reconnections, `m` the reconnections, `v` the choices of an
-/// emitter, `r` what a ray of this scene costs and `l` what it costs more where lobes are shaded
-/// one by one, `k` the connections that are evaluated one by one, traced or not, and `e` what one
-/// of them costs, `s` the greater of 1 and `r`, `a` what a pixel costs beside its rays, `b` what
-/// each ray costs beside that of a path, `d` a reconnection, and `t` what a choice among emitters
-/// by a tree costs beyond one by power; `g` is what each of `w`
-/// vertices with a guide costs beyond one without, and `u` what a pixel costs more where light
-/// comes from all around. Where `k` is not known it is `m`, each of which costs `l`. The constants
-/// are measured, see `docs/integrator.md`.
+/// emitter and `k` the connections that are evaluated one by one, traced or not (where `k` is not
+/// known, `l m` stands for `e k`). `r` is what a ray of this scene costs, `l` what it costs more
+/// where lobes are shaded one by one, `e` what a connection does there, and `s` the greater of 1
+/// and `r`. `a` is what a pixel costs beside its rays, `b` what each ray costs beside that of a
+/// path, and `d` a reconnection. `t` is what a choice among emitters by a tree costs beyond one by
+/// power, `g` what each of `w` vertices with a guide costs beyond one without, and `u` what a pixel
+/// costs more where light comes from all around. The constants are measured, see
+/// `docs/integrator.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FrameCost {
     /// `r` and `l`.
@@ -257,35 +257,22 @@ mod tests {
     }
 
     /// Connections that are evaluated one by one cost the same for each, traced or not.
-    /// Planted fault: those that were traced.
+    /// Planted fault: what traced ones cost where they are not counted.
     #[test]
     fn connections_alone_are_counted() {
-        let mut features = SceneFeatures::default();
-        (features.materials, features.glossy_materials) = (2, 1);
-        let cost = FrameCost::of(&"path-reuse".parse().unwrap(), &features);
-        let of = |reconnection: u64, alone: u64| {
+        let count = |alone_materials: usize, reconnection: u64, alone: u64| {
+            let mut features = SceneFeatures::default();
+            (features.materials, features.glossy_materials) = (2, alone_materials);
             let rays = RayCounts {
-                camera: 1,
-                path: 1,
-                emitter: 1,
-                replay: 0,
                 reconnection,
+                ..RayCounts::default()
             };
-            cost.count(&rays, Some(alone), 1.0)
+            FrameCost::of(&"path-reuse".parse().unwrap(), &features).count(&rays, Some(alone), 1.0)
         };
-        let more = of(2, 8) - of(2, 3);
-        assert!((more - 5.0 * CONNECTED_ALONE).abs() < 1e-9, "{more}");
-        let lanes = FrameCost::of(&"path-reuse".parse().unwrap(), &SceneFeatures::default());
-        let rays = RayCounts {
-            reconnection: 1,
-            ..RayCounts::default()
-        };
-        let traced = of(3, 0) - of(2, 0);
-        assert!(
-            (traced - lanes.count(&rays, Some(0), 1.0) + lanes.count(&RayCounts::default(), Some(0), 1.0))
-                .abs()
-                < 1e-9
-        );
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+        close(count(1, 2, 8) - count(1, 2, 3), 5.0 * CONNECTED_ALONE);
+        // What is traced costs what it costs in lanes.
+        close(count(1, 3, 0) - count(1, 2, 0), count(0, 1, 0) - count(0, 0, 0));
     }
 
     /// A frame of guided paths is several paths, each dearer than a plain one.
