@@ -178,13 +178,18 @@ impl EmittersByPower<'_> {
                 _ => others |= 1 << lane,
             }
         }
-        let sampled = TriangleLanes::<L>::of(records).sample(emitter, from, u, triangles);
-        let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
-        sampled.or_one_by_one(others, |lane| {
+        let (from_rows, u0, u1) = (from.store(), u[0].store(), u[1].store());
+        let sample = |lane: usize| {
             let u_select = u64::from(high[lane]) << 32 | u64::from(low[lane]);
-            let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
+            let from = Vec3::new(from_rows[0][lane], from_rows[1][lane], from_rows[2][lane]);
             self.sample(from, u_select, [u0[lane], u1[lane]])
-        })
+        };
+        // Under a sky alone there are none.
+        if triangles == 0 {
+            return EmitterLanes::one_by_one(others, sample);
+        }
+        let sampled = TriangleLanes::<L>::of(records).sample(emitter, from, u, triangles);
+        sampled.or_one_by_one(others, sample)
     }
 }
 
