@@ -14,7 +14,8 @@
 //! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
 //! | the unit disk | [`ConcentricDisk`], [`PolarDisk`] | |
 //! | the same bits in eight lanes | [`FrameLanes`], [`f32_from_u32_lanes`], [`power_heuristic_lanes`] | bit for bit |
-//! | sine and cosine of turns and the angle of a direction, solid angles of triangles | [`sin_cos_turns`], [`turn_of`], [`triangle_solid_angle`] | |
+//! | sine and cosine of turns, solid angles of triangles | [`sin_cos_turns`], [`triangle_solid_angle`] | |
+//! | the angle of a point in turns | [`turn_of`], [`turn_of_lanes`] | WGSL has the same polynomial |
 //! | any of those directions, and those of other crates | [`DirectionDistribution`], [`Oriented`], [`with_density`] | a sample's density is that of its direction, bit for bit |
 //! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
 //! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], [`octahedral_pack16`] and their inverses [`octahedral_decode`], [`octahedral_unpack32`], [`octahedral_unpack16`]; [`octahedral_from_solid_angle`] | `snorm` packing bit for bit as WGSL's |

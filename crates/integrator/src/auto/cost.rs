@@ -59,7 +59,7 @@ const SHARED: (f64, [f64; 3]) = (9.0, [14.0, 0.02, -0.08]);
 /// or both.
 const CONNECTED_ALONE: f64 = 2.0;
 
-/// `u`: rays that meet nothing are told one by one.
+/// `u`: each ray that meets nothing adds its light alone.
 const SURROUNDINGS: f64 = 0.8;
 
 /// `t` of one emitter, and more of it with each doubling.

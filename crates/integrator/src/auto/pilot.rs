@@ -23,7 +23,7 @@ pub(super) struct Images {
     pub means: [RgbImage; 2],
     /// What sharing brought a frame, of frames that share paths.
     pub gains: Option<Gains>,
-    /// Connections of both images that were evaluated one by one, of frames that share paths.
+    /// Connections of both images that no lanes can evaluate, of frames that share paths.
     pub alone: Option<u64>,
 }
 

@@ -370,7 +370,7 @@ impl Bsdf {
             let (wo, wi) = (mirrored(wo, mirror), mirrored(wi, mirror));
             let share = share(entry.importance, total);
             let found = entry.component.evaluate_lobes(wo, wi, inside);
-            // Most directions of vertices that are connected are behind one of the surfaces.
+            // Nothing is scattered there: the probabilities are of no use.
             if found.iter().all(|lobe| *lobe == LobeEvaluation::default()) {
                 continue;
             }

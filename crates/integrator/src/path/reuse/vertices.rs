@@ -113,9 +113,9 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         let paths = self.paths;
         let places = environment.places::<L>(load_vectors(&paths.rays.direction, place));
         while missed != 0 {
-            let (index, lane) = (place + missed.trailing_zeros() as usize, missed.trailing_zeros());
-            let sky = places[lane as usize % LANES];
+            let lane = missed.trailing_zeros() as usize;
             missed &= missed - 1;
+            let (index, sky) = (place + lane, places[lane % LANES]);
             // Nothing else finds what the camera sees.
             if DEPTH == FIRST {
                 let throughput = vector(&paths.throughput, index);

@@ -454,11 +454,10 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
             }
             End::Flown(hit) => {
                 let point = hit.map(|hit| scene.surface(&state.ray, &hit));
-                let met = met_emission(scene, &state.ray, point.as_ref());
-                if let Some(bounce) = state.path.bounce.as_ref().filter(|_| met != Rgb::ZERO) {
-                    let sampler = &tracer.transport().sampler;
-                    onward.met = state.path.throughput * state.channels.weight() * met;
-                    onward.met_pdf = bounce.emitter_pdf(sampler, &state.ray, point.as_ref()).value();
+                let (path, sampler) = (&state.path, &tracer.transport().sampler);
+                if let Some((met, pdf)) = path.met_and_pdf(scene, sampler, &state.ray, point.as_ref()) {
+                    onward.met = path.throughput * state.channels.weight() * met;
+                    onward.met_pdf = pdf.value();
                 }
                 onward.is_own = point.is_some_and(|point| {
                     matches!(scene.materials()[point.material as usize], Material::Null)

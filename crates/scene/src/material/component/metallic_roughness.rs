@@ -50,7 +50,7 @@ impl MetallicRoughness {
         Rgb::splat(self.dielectric(grazing) * (1.0 - self.metallic)) + metal.max(Rgb::ZERO) * self.metallic
     }
 
-    /// What enters the surface.
+    /// The share of light that enters the surface.
     #[inline]
     fn entering(&self, grazing: f32) -> f32 {
         (1.0 - self.metallic) * (1.0 - self.dielectric(grazing))
