@@ -179,27 +179,32 @@ pub(crate) fn sample_tile(
     cancel: &AtomicBool,
 ) -> bool {
     let mut pixels: Vec<_> = tile.pixels_mut().collect();
-    let per_pixel = samples.len();
-    let total = pixels.len() * per_pixel;
+    let total = pixels.len() * samples.len();
     let mut ids = [SampleId::default(); MAX_BATCH];
     let mut values = [Rgb::ZERO; MAX_BATCH];
+    // A batch finishes a pixel's samples before it starts the next pixel. Counted on, since
+    // dividing costs as much as adding to the statistics does.
+    let (mut asked, mut answered) = ((0, samples.start), (0, samples.start));
+    let step = |(pixel, index): &mut (usize, u32)| {
+        *index += 1;
+        if *index == samples.end {
+            (*pixel, *index) = (*pixel + 1, samples.start);
+        }
+    };
     for start in (0..total).step_by(MAX_BATCH) {
         if cancel.load(Ordering::Relaxed) {
             return false;
         }
-        // A batch finishes a pixel's samples before it starts the next pixel.
-        let batch = start..total.min(start + MAX_BATCH);
-        for (id, number) in ids.iter_mut().zip(batch.clone()) {
-            let (x, y, _) = pixels[number / per_pixel];
-            *id = SampleId {
-                x,
-                y,
-                index: samples.start + (number % per_pixel) as u32,
-            };
+        let count = MAX_BATCH.min(total - start);
+        for id in &mut ids[..count] {
+            let (x, y, _) = pixels[asked.0];
+            *id = SampleId { x, y, index: asked.1 };
+            step(&mut asked);
         }
-        estimator.sample_many(&ids[..batch.len()], seed, &mut values[..batch.len()]);
-        for (value, number) in values.iter().zip(batch) {
-            pixels[number / per_pixel].2.add(*value);
+        estimator.sample_many(&ids[..count], seed, &mut values[..count]);
+        for value in &values[..count] {
+            pixels[answered.0].2.add(*value);
+            step(&mut answered);
         }
     }
     true

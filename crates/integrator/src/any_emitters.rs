@@ -7,8 +7,8 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, Environment, Rgb,
-    SkyPlace, SkySampling, SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, EnvironmentChoice,
+    SkySampling, SurfacePoint,
 };
 use std::sync::Arc;
 
@@ -96,16 +96,11 @@ impl EmitterSampler for AnyEmitters<'_> {
     }
 
     #[inline]
-    fn environment(
-        &self,
-        environment: (&Environment, SkyPlace),
-        from: Vec3,
-        site: &ShadingPoint,
-        direction: Vec3,
-    ) -> (Rgb, Density<SolidAngle>) {
-        with_emitters!(self, site, (emitters, at) => {
-            EmitterSampler::environment(emitters, environment, from, at, direction)
-        })
+    fn environment_choice(&self) -> Option<EnvironmentChoice> {
+        match self {
+            Self::Power(emitters) => Some(emitters.environment_choice()),
+            Self::Selection(emitters) => emitters.environment_choice(),
+        }
     }
 
     #[inline]

@@ -5,8 +5,8 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, Environment, Rgb,
-    SkyPlace, SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, EnvironmentChoice,
+    SurfacePoint,
 };
 
 /// Selects emitters of a scene: every method that samples emitters is generic over it.
@@ -54,21 +54,12 @@ pub trait EmitterSampler: Sync {
     /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
     fn pdf_environment(&self, from: Vec3, site: &Self::Site, direction: Vec3) -> Density<SolidAngle>;
 
-    /// Radiance of the scene's environment along `direction`, which is at `place` there, and
-    /// [`pdf_environment`](Self::pdf_environment); the density has no meaning where the radiance is
-    /// black. Samplers that look up the place for their density do not look it up again.
+    /// How the environment is sampled, if that is the same at all points: who looks up radiance
+    /// and density together needs no [`pdf_environment`](Self::pdf_environment). `None` unless
+    /// overridden.
     #[inline(always)]
-    fn environment(
-        &self,
-        (environment, place): (&Environment, SkyPlace),
-        from: Vec3,
-        site: &Self::Site,
-        direction: Vec3,
-    ) -> (Rgb, Density<SolidAngle>) {
-        match environment.radiance_at(place) {
-            radiance if radiance == Rgb::ZERO => (radiance, Density::ZERO),
-            radiance => (radiance, self.pdf_environment(from, site, direction)),
-        }
+    fn environment_choice(&self) -> Option<EnvironmentChoice> {
+        None
     }
 
     /// Selects an emitter by `u_select` and a place on it by `u`; returns it with its
@@ -254,14 +245,8 @@ impl EmitterSampler for EmittersByPower<'_> {
     }
 
     #[inline(always)]
-    fn environment(
-        &self,
-        (_, place): (&Environment, SkyPlace),
-        _from: Vec3,
-        (): &(),
-        _direction: Vec3,
-    ) -> (Rgb, Density<SolidAngle>) {
-        self.environment(place)
+    fn environment_choice(&self) -> Option<EnvironmentChoice> {
+        Some(self.environment_choice())
     }
 
     #[inline]
@@ -344,14 +329,8 @@ impl<S: EmitterSampler> EmitterSampler for &S {
     }
 
     #[inline(always)]
-    fn environment(
-        &self,
-        environment: (&Environment, SkyPlace),
-        from: Vec3,
-        site: &S::Site,
-        direction: Vec3,
-    ) -> (Rgb, Density<SolidAngle>) {
-        S::environment(self, environment, from, site, direction)
+    fn environment_choice(&self) -> Option<EnvironmentChoice> {
+        S::environment_choice(self)
     }
 
     #[inline(always)]

@@ -105,7 +105,7 @@ pub use octahedral::{
 };
 pub use passes::{FrameNumbers, FramePasses, PassNumbers, TooManyPasses};
 pub use piecewise::{PiecewiseConstant1d, PiecewiseSample};
-pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
+pub use piecewise2d::{PiecewiseConstant2d, PiecewiseLanes2d, PiecewiseSample2d};
 pub use point_set::{PointSet, PointStream};
 pub use rand;
 pub use rng::{CounterRng, PathSeed, threefry4x32};
@@ -119,7 +119,7 @@ pub use warp::{
     Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, GgxLanes, MicrofacetDistribution, PolarDisk,
     SphericalRectangle, SphericalRectangleSample, SphericalTriangle, SphericalTriangleSample, Tent,
     UniformCone, UniformHemisphere, UniformSphere, UniformTriangle, VonMisesFisher, sin_cos_turns,
-    triangle_solid_angle, turn_of, turn_of_lanes,
+    sin_cos_turns_lanes, triangle_solid_angle, turn_of, turn_of_lanes,
 };
 pub use weights::WeightsError;
 

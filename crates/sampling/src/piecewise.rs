@@ -172,14 +172,10 @@ pub(crate) fn bin_of(x: f32, n: u32) -> u32 {
 pub(crate) fn point_in_bin(index: u32, fraction: f32, n: u32) -> f32 {
     let x = ((f64::from(index) + f64::from(fraction)) / f64::from(n)) as f32;
     let scaled = f64::from(x) * f64::from(n);
-    // A bin is at least four spacings of f32 wide, so one step leads back.
-    if scaled >= f64::from(index + 1) {
-        x.next_down()
-    } else if scaled < f64::from(index) {
-        x.next_up()
-    } else {
-        x
-    }
+    // A bin is at least four spacings of f32 wide, so one step leads back: of the bits, since no
+    // point is negative, and zero is in the first bin.
+    let (above, below) = (scaled >= f64::from(index + 1), scaled < f64::from(index));
+    f32::from_bits(x.to_bits() + u32::from(below) - u32::from(above))
 }
 
 /// A piecewise-constant density on [0, 1).

@@ -33,8 +33,8 @@ pub use description::{
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
-    EmitterOutline, EmitterSample, Emitters, EmittersByPower, EmittersIdentity, Environment, SkyPlace,
-    SkySampling, UnknownSkySampling,
+    EmitterOutline, EmitterSample, Emitters, EmittersByPower, EmittersIdentity, Environment,
+    EnvironmentChoice, EnvironmentLanes, SkySampling, UnknownSkySampling,
 };
 pub use error::SceneError;
 pub use features::SceneFeatures;

@@ -9,13 +9,13 @@ use crate::emitter_sampler::{ChosenLanes, EmitterSampler};
 use crate::light_choosing::LightChoosing;
 use choosing::{Chosen, TOGETHER};
 use lightshed_guiding::{CacheUse, FlatLightCache, LightCache};
-use lightshed_lanes::{LANES, LaneWords, Lanes, Vec3Lanes};
+use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
 use lightshed_lights::{LightError, LightSampler, ShadingPoint};
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, Emitters, Environment, Rgb, Scene,
-    SkyPlace, SkySampling, SurfacePoint,
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, Emitters, EnvironmentChoice, Scene,
+    SkySampling, SurfacePoint,
 };
 use sampler::with_sampler;
 use std::sync::Arc;
@@ -218,16 +218,9 @@ impl EmitterSampler for LightSelection<'_> {
     }
 
     #[inline]
-    fn environment(
-        &self,
-        (environment, place): (&Environment, SkyPlace),
-        _from: Vec3,
-        _at: &ShadingPoint,
-        _direction: Vec3,
-    ) -> (Rgb, Density<SolidAngle>) {
-        let (radiance, pdf) = environment.radiance_and_pdf_at(self.sky, place);
-        let share = 1.0 / self.emitters.infinite_count() as f32;
-        (radiance, pdf * share * self.environment_probability())
+    fn environment_choice(&self) -> Option<EnvironmentChoice> {
+        let choice = self.emitters.choice_at_infinity(self.sky);
+        Some(choice.chosen_with(self.environment_probability()))
     }
 
     #[inline]
@@ -349,11 +342,16 @@ impl EmitterSampler for LightSelection<'_> {
             .emitters
             .sample_on_lanes(from, chosen.emitter, u, chosen.finite)
             .chosen_with(L::load(&chosen.probability));
-        let (from, u) = (from.store(), u.map(Lanes::store));
-        emitters.or_one_by_one(chosen.infinite, |lane| {
-            let from = Vec3::from(from.map(|row| row[lane]));
-            let infinite = Chosen::Infinite { u: chosen.u[lane] };
-            self.direction(from, infinite, u.map(|row| row[lane]))
-        })
+        if chosen.infinite == 0 {
+            return emitters;
+        }
+        let infinite = self
+            .emitters
+            .sample_at_infinity_lanes(self.sky, &chosen.u, u, chosen.infinite);
+        let mut kept = chosen.infinite;
+        if self.leaves_environment {
+            kept &= infinite.is_delta.bits();
+        }
+        emitters.or(kept, infinite.chosen_with(L::splat(self.infinite_probability)))
     }
 }

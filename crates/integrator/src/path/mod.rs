@@ -3,6 +3,7 @@
 pub(crate) mod batch;
 mod connect;
 pub(crate) mod ending;
+mod escape;
 mod further_emitters;
 mod guidance;
 pub(crate) mod guide;

@@ -78,7 +78,6 @@ impl<K: Copy + Default> Paths<K> {
                 pdf: Density::new(pdf),
                 is_delta: !cfg!(lightshed_without = "specular") && pdf == f32::INFINITY,
             }),
-            sky: None,
         }
     }
 

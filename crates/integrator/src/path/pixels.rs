@@ -170,6 +170,7 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
 impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     const OBSERVES: bool = O::IS_ACTIVE && !cfg!(lightshed_without = "observer");
     const ENDS: bool = E::IS_ACTIVE && !cfg!(lightshed_without = "ending");
+    const TAKES_ESCAPED: bool = true;
 
     #[inline(always)]
     fn samples_at<S, G>(&self, transport: &Transport<'_, S, G>, depth: u32) -> u32 {
@@ -232,6 +233,13 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
             return;
         }
         self.add(place, depth, false, at, radiance);
+    }
+
+    #[inline(always)]
+    fn escape(&mut self, place: usize, depth: u32, radiance: Rgb) {
+        if !self.leaves_out(place, depth) {
+            self.add(place, depth, false, None, radiance);
+        }
     }
 
     #[inline(always)]

@@ -22,6 +22,10 @@ pub(crate) trait Purpose {
     /// Whether paths may end before their vertices.
     const ENDS: bool = false;
 
+    /// Whether [`escape`](Self::escape) takes what is found around the scene; if not,
+    /// [`arrive`](Self::arrive) does.
+    const TAKES_ESCAPED: bool = false;
+
     /// Samples of the emitters at vertices at the end of edge number `depth`.
     #[inline(always)]
     fn samples_at<S, G>(&self, transport: &Transport<'_, S, G>, depth: u32) -> u32 {
@@ -79,6 +83,12 @@ pub(crate) trait Purpose {
         ray: &Ray,
         point: Option<&SurfacePoint>,
     );
+
+    /// A path's ray, its edge number `depth`, has met nothing, and brings this light from around
+    /// the scene: the path's throughput and the weight that `arrive` would have are in it. Called
+    /// only if [`TAKES_ESCAPED`](Self::TAKES_ESCAPED).
+    #[inline(always)]
+    fn escape(&mut self, _place: usize, _depth: u32, _radiance: Rgb) {}
 
     /// A path has reached a surface by `ray`, and nothing is sampled there yet. Returns the
     /// throughput with which it continues, or `None` if it ends. The vertex names no sample. Called

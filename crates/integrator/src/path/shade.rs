@@ -4,6 +4,7 @@
 //! A vertex takes the same operations in the same order in lanes and alone, so a path has the same
 //! value, bit for bit, in any batch.
 
+use super::escape::Escaped;
 use super::guidance::{GuideQuestions, VectorRows, set_vector, vector};
 use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers, emitter_block};
@@ -11,13 +12,13 @@ use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::{Purpose, ending_surface, ending_vertex};
 use super::scattered_lanes::{ScatteredLanes, facing, is_black, load_rows, load_vectors, store_vectors};
 use super::scattering::SurfaceVertex;
-use super::transport::{PathState, SURVIVAL_CAP, Transport};
+use super::transport::{SURVIVAL_CAP, Transport};
 use super::vertex_rows::VertexRows;
 use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::{SobolScrambles, power_heuristic_lanes};
-use lightshed_scene::{DiffuseLanes, Environment, HitBatch, SkyPlace};
+use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
 /// Processes what the rays of `paths` (and their number), their edge number `depth`, have hit:
@@ -117,8 +118,8 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         ];
         let numbers = VertexLanes::<L>::from_blocks(blocks, self.samples());
         let mut others = wanted & !missed;
-        if let Some(environment) = scene.emitters().environment().filter(|_| missed != 0) {
-            self.escape::<L>(environment, place, missed);
+        if missed != 0 && scene.emitters().environment().is_some() {
+            self.escape::<L>(place, missed);
         }
         // On arrays one vertex after another gives the same bits by a tenth of the code.
         if L::IN_REGISTERS {
@@ -147,32 +148,40 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     #[inline(always)]
     fn arrive_all(&mut self, place: usize, mut met: u32) {
         while met != 0 {
-            self.arrive(place + met.trailing_zeros() as usize, None);
+            self.arrive(place + met.trailing_zeros() as usize);
             met &= met - 1;
         }
     }
 
     /// Tells what the paths of the lanes `missed` find around the scene.
     #[inline(always)]
-    fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
-        let places = environment.places::<L>(load_vectors(&self.paths.rays.direction, place));
+    fn escape<L: Lanes>(&mut self, place: usize, mut missed: u32) {
+        let scene = (self.transport.scene, &self.transport.sampler);
+        let samples = self
+            .purpose
+            .samples_at(self.transport, self.depth.wrapping_sub(1));
+        let found = match P::TAKES_ESCAPED && L::IN_REGISTERS {
+            true => Escaped::of::<L, S>(scene, self.paths, place, (self.depth, samples), missed),
+            false => None,
+        };
+        let Some(found) = found else {
+            return self.arrive_all(place, missed);
+        };
         while missed != 0 {
             let lane = missed.trailing_zeros() as usize;
-            self.arrive(place + lane, Some(places[lane % LANES]));
+            let owner = self.paths.owner.get_word(place + lane) as usize;
+            self.purpose.escape(owner, self.depth, found.get(lane));
             missed &= missed - 1;
         }
     }
 
-    /// Tells what one path has met; outside of the scene, at this place of the sky.
+    /// Tells what one path has met.
     #[inline(never)]
-    fn arrive(&mut self, index: usize, sky: Option<SkyPlace>) {
+    fn arrive(&mut self, index: usize) {
         let (scene, ray) = (self.transport.scene, self.paths.rays.get(index));
         let point = self.hits.get(index).map(|hit| scene.surface(&ray, &hit));
         let owner = self.paths.owner.get_word(index) as usize;
-        let path = PathState {
-            sky,
-            ..self.paths.get(index, self.depth)
-        };
+        let path = self.paths.get(index, self.depth);
         self.purpose
             .arrive(self.transport, owner, self.depth, &path, &ray, point.as_ref());
     }

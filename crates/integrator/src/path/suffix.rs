@@ -45,7 +45,6 @@ pub(crate) fn trace_suffixes<S: EmitterSampler, G: DirectionGuide>(
                     pdf: suffix.total_pdf,
                     is_delta: false,
                 }),
-                sky: None,
             };
             paths.begin(index, &state, &suffix.ray, suffix.seed.words(), index);
         }

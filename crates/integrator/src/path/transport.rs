@@ -14,7 +14,7 @@ use crate::emitter_sampler::EmitterSampler;
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, power_heuristic};
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Ray, Rgb, Scene, SkyPlace, SurfacePoint};
+use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 
 /// Greatest survival probability in roulette, also for the brightest path, so that paths between
 /// mirrors end.
@@ -86,8 +86,6 @@ pub(crate) struct PathState<K> {
     pub eta_squared: f32,
     /// How the current ray left its vertex; `None` from the camera.
     pub bounce: Option<Bounce<K>>,
-    /// Where its direction is looked up if it meets nothing; `None` where nobody has worked it out.
-    pub sky: Option<SkyPlace>,
 }
 
 /// How a ray left its vertex.
@@ -132,19 +130,11 @@ pub(crate) trait VertexStream {
 /// Emitted radiance that `ray` hits at `point`, at infinity if that is `None`.
 #[inline(always)]
 pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
-    met_emission_at(scene, ray, point, None)
-}
-
-/// The same where it may be known at which place of the sky the ray's direction is.
-#[inline(always)]
-fn met_emission_at(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>, sky: Option<SkyPlace>) -> Rgb {
     let emitters = scene.emitters();
     match (point, emitters.environment()) {
         (Some(point), _) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
         (Some(point), _) => emitters.radiance(point, ray.direction),
-        (None, Some(environment)) => {
-            environment.radiance_at(sky.unwrap_or_else(|| environment.place(ray.direction)))
-        }
+        (None, Some(environment)) => environment.radiance(ray.direction),
         (None, None) => Rgb::ZERO,
     }
 }
@@ -163,29 +153,28 @@ impl<K> Bounce<K> {
         }
     }
 
-    /// Radiance that `ray`, which left by this bounce, has met at `point` or around the scene,
-    /// perhaps at a known place of its sky, and the density with which an emitter sample finds it
-    /// if it is not black.
+    /// Radiance that `ray`, which left by this bounce, has met at `point` or around the scene, and
+    /// the density with which an emitter sample finds it if it is not black.
     #[inline(always)]
     fn met<S>(
         &self,
         (scene, sampler): (&Scene, &S),
         ray: &Ray,
         point: Option<&SurfacePoint>,
-        sky: Option<SkyPlace>,
     ) -> (Rgb, Density<SolidAngle>)
     where
         S: EmitterSampler<Site = K>,
     {
-        match (point, scene.emitters().environment()) {
-            (None, Some(environment)) => {
-                let place = sky.unwrap_or_else(|| environment.place(ray.direction));
-                sampler.environment((environment, place), self.from, &self.site, ray.direction)
-            }
-            _ => match met_emission(scene, ray, point) {
-                emitted if emitted == Rgb::ZERO => (emitted, Density::ZERO),
-                emitted => (emitted, self.emitter_pdf(sampler, ray, point)),
-            },
+        if let (None, Some(environment)) = (point, scene.emitters().environment())
+            && let Some(choice) = sampler.environment_choice()
+        {
+            // Looked up once.
+            let (radiance, pdf) = environment.light_by(choice.sky(), ray.direction);
+            return (radiance, choice.pdf(pdf));
+        }
+        match met_emission(scene, ray, point) {
+            emitted if emitted == Rgb::ZERO => (emitted, Density::ZERO),
+            emitted => (emitted, self.emitter_pdf(sampler, ray, point)),
         }
     }
 }
@@ -196,7 +185,6 @@ impl<K> PathState<K> {
         throughput: Rgb::ONE,
         eta_squared: 1.0,
         bounce: None,
-        sky: None,
     };
 
     /// Emitted radiance that the path's ray hits, times the MIS weight of having found it; from the
@@ -225,13 +213,13 @@ impl<K> PathState<K> {
         let is_delta = |bounce: &Bounce<K>| !cfg!(lightshed_without = "specular") && bounce.is_delta;
         match self.bounce.as_ref().filter(|bounce| !is_delta(bounce)) {
             Some(bounce) => {
-                let (emitted, by_emitters) = bounce.met((scene, sampler), ray, point, self.sky);
+                let (emitted, by_emitters) = bounce.met((scene, sampler), ray, point);
                 if emitted == Rgb::ZERO {
                     return emitted;
                 }
                 emitted * power_heuristic(bounce.pdf, by_emitters * samples as f32)
             }
-            None => met_emission_at(scene, ray, point, self.sky),
+            None => met_emission(scene, ray, point),
         }
     }
 
@@ -249,7 +237,7 @@ impl<K> PathState<K> {
         S: EmitterSampler<Site = K>,
     {
         let bounce = self.bounce.as_ref()?;
-        let met = bounce.met((scene, sampler), ray, point, self.sky);
+        let met = bounce.met((scene, sampler), ray, point);
         (met.0 != Rgb::ZERO).then_some(met)
     }
 }

@@ -188,7 +188,6 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
                     pdf: sample.pdf,
                     is_delta: sample.is_delta,
                 }),
-                sky: None,
             };
             let ray = primary.point.spawn(primary.point.shading.to_world(sample.wi));
             let (x, y) = ((first + place) as u32 % width, (first + place) as u32 / width);

@@ -32,7 +32,7 @@ pub use spherical_rectangle::{SphericalRectangle, SphericalRectangleSample};
 pub use spherical_triangle::{SphericalTriangle, SphericalTriangleSample};
 pub use tent::Tent;
 pub use triangle::UniformTriangle;
-pub use turn::{sin_cos_turns, turn_of, turn_of_lanes};
+pub use turn::{sin_cos_turns, sin_cos_turns_lanes, turn_of, turn_of_lanes};
 pub use vmf::VonMisesFisher;
 
 /// `x` within [low, high]; NaN becomes `low`, where `clamp` would let it through.

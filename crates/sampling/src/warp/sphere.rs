@@ -1,9 +1,10 @@
 //! The unit sphere.
 
-use super::turn::{sin_cos_turns, turns_of};
+use super::turn::{sin_cos_turns, sin_cos_turns_lanes, turns_of};
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use core::f32::consts::PI;
 use glam::Vec3;
+use lightshed_lanes::{Lanes, Vec3Lanes};
 
 /// Directions with `p_ω = 1/4π`: `cos θ = 1 − 2u₀`, `φ = 2π u₁` (Archimedes' hat-box
 /// theorem).
@@ -17,6 +18,15 @@ impl UniformSphere {
         let sin_theta = 2.0 * (u[0] * (1.0 - u[0])).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u[1]);
         Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, 1.0 - 2.0 * u[0])
+    }
+
+    /// [`UniformSphere::sample`] of eight points, bit for bit.
+    #[inline(always)]
+    pub fn sample_lanes<L: Lanes>(u: [L; 2]) -> Vec3Lanes<L> {
+        let (one, two) = (L::splat(1.0), L::splat(2.0));
+        let sin_theta = two * (u[0] * (one - u[0])).sqrt();
+        let (sin_phi, cos_phi) = sin_cos_turns_lanes(u[1]);
+        Vec3Lanes::new(sin_theta * cos_phi, sin_theta * sin_phi, one - two * u[0])
     }
 
     /// Density of [`UniformSphere::sample`] per solid angle, the same everywhere.

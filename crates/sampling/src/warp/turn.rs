@@ -36,7 +36,7 @@ pub fn sin_cos_turns(t: f32) -> (f32, f32) {
 
 /// [`sin_cos_turns`] of eight arguments, bit for bit.
 #[inline(always)]
-pub(crate) fn sin_cos_turns_lanes<L: Lanes>(t: L) -> (L, L) {
+pub fn sin_cos_turns_lanes<L: Lanes>(t: L) -> (L, L) {
     let quarters = L::splat(4.0) * t.max(L::splat(0.0)).min(L::splat(1.0));
     let shifter = L::splat(12_582_912.0);
     let shifted = quarters + shifter;

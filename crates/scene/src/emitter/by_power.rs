@@ -1,8 +1,8 @@
 //! Selection of emitters by power, independent of the point that they light.
 
 use super::area::AreaEmitter;
-use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, SkyPlace, SkySampling};
-use crate::{FlatDelta, FlatEmitter, Rgb, SceneError, SurfacePoint};
+use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, EnvironmentChoice, SkySampling};
+use crate::{FlatDelta, FlatEmitter, SceneError, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
 
@@ -66,6 +66,15 @@ pub(super) enum Selected {
     Infinite(usize),
 }
 
+/// The kind of a chosen emitter.
+pub(super) enum SelectedKind<'a> {
+    /// A surface and its index.
+    Area(u32, &'a AreaEmitter),
+    Environment,
+    /// A point, a direction or nothing.
+    Other,
+}
+
 impl<'a> EmittersByPower<'a> {
     pub(crate) fn new(emitters: &'a Emitters, table: &'a PowerTable) -> Self {
         Self {
@@ -125,22 +134,17 @@ impl<'a> EmittersByPower<'a> {
     #[inline(always)]
     pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
         match self.emitters.environment() {
-            Some(environment) => environment.pdf_by(self.sky, direction) * self.group_probability(),
+            Some(environment) => self
+                .environment_choice()
+                .pdf(environment.pdf_by(self.sky, direction)),
             None => Density::ZERO,
         }
     }
 
-    /// Radiance from the environment at a place, and [`pdf_environment`](Self::pdf_environment) of
-    /// the direction there. The density is 0 where the radiance is.
+    /// How the environment is sampled.
     #[inline(always)]
-    pub fn environment(&self, place: SkyPlace) -> (Rgb, Density<SolidAngle>) {
-        match self.emitters.environment() {
-            Some(environment) => {
-                let (radiance, pdf) = environment.radiance_and_pdf_at(self.sky, place);
-                (radiance, pdf * self.group_probability())
-            }
-            None => (Rgb::ZERO, Density::ZERO),
-        }
+    pub fn environment_choice(&self) -> EnvironmentChoice {
+        EnvironmentChoice::new(self.sky, self.group_probability())
     }
 
     /// The endpoint that [`sample`](Self::sample) aims at for the same arguments; `None` if nothing
@@ -198,16 +202,25 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// The emitting surface that `u_select` chooses, if it chooses one, with its index.
+    /// What [`select`](Self::select) chooses, as lanes tell emitters apart.
     #[inline(always)]
-    pub(super) fn select_area(&self, u_select: u64) -> Option<(u32, &'a AreaEmitter)> {
-        let table = self.table.finite.as_ref()?;
+    pub(super) fn select_kind(&self, u_select: u64) -> SelectedKind<'a> {
         let routed = u128::from(u_select) * u128::from(self.table.groups);
-        if routed >> 64 != 0 {
-            return None;
+        let mut number = (routed >> 64) as usize;
+        if let Some(table) = &self.table.finite {
+            if number == 0 {
+                let index = table.sample_index(routed as u64);
+                return match self.area(index) {
+                    Some(area) => SelectedKind::Area(index, area),
+                    None => SelectedKind::Other,
+                };
+            }
+            number -= 1;
         }
-        let index = table.sample_index(routed as u64);
-        Some((index, self.area(index)?))
+        match self.emitters.is_environment(number) {
+            true => SelectedKind::Environment,
+            false => SelectedKind::Other,
+        }
     }
 
     /// An emitting surface with its probability.

@@ -1,8 +1,9 @@
 //! Sampling emitters for eight points at a time, chosen by power or by others.
 
 use super::area::{AreaEmitter, TriangleEmitter};
+use super::by_power::SelectedKind;
 use super::on_one::NEAR;
-use super::{EmitterSample, Emitters, EmittersByPower, SEGMENT_END};
+use super::{EmitterSample, Emitters, EmittersByPower, EnvironmentChoice, SEGMENT_END, SkySampling};
 use crate::surface::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
@@ -63,7 +64,13 @@ impl<L: Lanes> EmitterLanes<L> {
         if others == 0 {
             return self;
         }
-        let rest = Self::one_by_one(others, sample);
+        self.or(others, Self::one_by_one(others, sample))
+    }
+
+    /// The same, with those of `rest` in the lanes `others`, which had none.
+    #[inline(always)]
+    #[must_use]
+    pub fn or(self, others: u32, rest: Self) -> Self {
         let mut emitter = self.emitter;
         for (lane, emitter) in emitter.iter_mut().enumerate() {
             if others >> lane & 1 == 1 {
@@ -76,10 +83,10 @@ impl<L: Lanes> EmitterLanes<L> {
             direction: rest.direction.select(mask, self.direction),
             weight: rest.weight.select(mask, self.weight),
             pdf_solid_angle: rest.pdf_solid_angle.select(mask, self.pdf_solid_angle),
-            is_delta: self.is_delta | rest.is_delta,
-            found: self.found | rest.found,
+            is_delta: self.is_delta | rest.is_delta & mask,
+            found: self.found | rest.found & mask,
             target: rest.target.select(mask, self.target),
-            finite: self.finite | rest.finite,
+            finite: self.finite | rest.finite & mask,
         }
     }
 
@@ -164,19 +171,24 @@ impl EmittersByPower<'_> {
         wanted: u32,
     ) -> EmitterLanes<L> {
         let (mut records, mut emitter) = ([NO_TRIANGLE; LANES], [0; LANES]);
-        let (mut triangles, mut others) = (0, 0);
+        let (mut triangles, mut skies, mut others) = (0, 0, 0);
         let (low, high) = (u_select[0].store(), u_select[1].store());
         for lane in 0..LANES {
             if wanted >> lane & 1 == 0 {
                 continue;
             }
-            match self.select_area(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
-                Some((index, AreaEmitter::Triangle(record))) => {
+            match self.select_kind(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
+                SelectedKind::Area(index, AreaEmitter::Triangle(record)) => {
                     (records[lane], emitter[lane]) = (record, index);
                     triangles |= 1 << lane;
                 }
-                _ => others |= 1 << lane,
+                SelectedKind::Environment => skies |= 1 << lane,
+                SelectedKind::Area(..) | SelectedKind::Other => others |= 1 << lane,
             }
+        }
+        if !skies_together::<L>(skies) {
+            others |= skies;
+            skies = 0;
         }
         let (from_rows, u0, u1) = (from.store(), u[0].store(), u[1].store());
         let sample = |lane: usize| {
@@ -184,7 +196,15 @@ impl EmittersByPower<'_> {
             let from = Vec3::new(from_rows[0][lane], from_rows[1][lane], from_rows[2][lane]);
             self.sample(from, u_select, [u0[lane], u1[lane]])
         };
-        // Under a sky alone there are none.
+        if skies != 0 {
+            let emitters = self.emitters();
+            let sampled = emitters.sample_sky_lanes(self.environment_choice(), u, skies);
+            if triangles == 0 {
+                return sampled.or_one_by_one(others, sample);
+            }
+            let on_triangles = TriangleLanes::<L>::of(records).sample(emitter, from, u, triangles);
+            return on_triangles.or(skies, sampled).or_one_by_one(others, sample);
+        }
         if triangles == 0 {
             return EmitterLanes::one_by_one(others, sample);
         }
@@ -193,7 +213,65 @@ impl EmittersByPower<'_> {
     }
 }
 
+/// Whether samples of the environment in these lanes are taken together: a few are as fast one by
+/// one.
+#[inline(always)]
+fn skies_together<L: Lanes>(lanes: u32) -> bool {
+    L::IN_REGISTERS && lanes.count_ones() > 2
+}
+
 impl Emitters {
+    /// Samples of the environment in the lanes `wanted`.
+    #[inline(always)]
+    fn sample_sky_lanes<L: Lanes>(
+        &self,
+        choice: EnvironmentChoice,
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let Some(environment) = self.environment() else {
+            return EmitterLanes::one_by_one(0, |_| None);
+        };
+        let zero = L::splat(0.0);
+        let sample = environment.sample_lanes(choice.sky(), u);
+        let pdf = choice.pdf_lanes(sample.pdf_solid_angle);
+        let Vec3Lanes { x, y, z } = sample.radiance;
+        EmitterLanes {
+            emitter: [self.environment_index(); LANES],
+            direction: sample.direction,
+            weight: Vec3Lanes::new(x / pdf, y / pdf, z / pdf),
+            pdf_solid_angle: pdf,
+            is_delta: L::Mask::from_bits(0),
+            found: L::Mask::from_bits(wanted) & zero.less(sample.pdf_solid_angle),
+            target: Vec3Lanes::new(zero, zero, zero),
+            finite: L::Mask::from_bits(0),
+        }
+    }
+
+    /// [`sample_at_infinity`](Self::sample_at_infinity) in the lanes `wanted`. Bit for bit.
+    #[inline(always)]
+    pub fn sample_at_infinity_lanes<L: Lanes>(
+        &self,
+        sky: SkySampling,
+        u_select: &[u64; LANES],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let mut skies = 0;
+        for lane in 0..LANES {
+            skies |= u32::from(self.selects_environment(u_select[lane])) << lane;
+        }
+        skies &= wanted;
+        let u_rows = [u[0].store(), u[1].store()];
+        let sample =
+            |lane: usize| self.sample_at_infinity(sky, u_select[lane], [u_rows[0][lane], u_rows[1][lane]]);
+        if !skies_together::<L>(skies) {
+            return EmitterLanes::one_by_one(wanted, sample);
+        }
+        let sampled = self.sample_sky_lanes(self.choice_at_infinity(sky), u, skies);
+        sampled.or_one_by_one(wanted & !skies, sample)
+    }
+
     /// [`Emitters::sample_on`] for eight points, those in the lanes `wanted`, and an emitter for
     /// each. Bit for bit.
     #[inline(always)]

@@ -6,6 +6,7 @@ mod by_power;
 mod emission;
 mod endpoint;
 mod environment;
+mod environment_choice;
 mod infinite;
 mod lamps;
 mod lanes;
@@ -25,7 +26,8 @@ pub(crate) use by_power::PowerTable;
 pub use emission::EmittedRay;
 pub(crate) use emission::Surroundings;
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
-pub use environment::{Environment, SkyPlace};
+pub use environment::{Environment, EnvironmentLanes};
+pub use environment_choice::EnvironmentChoice;
 pub use lanes::EmitterLanes;
 pub use on_one::{EmitterExtent, EmitterOrientation};
 pub use outline::EmitterOutline;
@@ -265,10 +267,9 @@ impl Emitters {
         probability: f32,
         u: [f32; 2],
     ) -> Option<EmitterSample> {
-        let emitter = (self.areas.len() + self.points.len() + index) as u32;
         if let Some(light) = self.directionals.get(index) {
             return Some(EmitterSample {
-                emitter,
+                emitter: self.infinite_index(index),
                 direction: light.towards,
                 weight: light.irradiance / probability,
                 pdf: Density::ZERO,
@@ -279,13 +280,31 @@ impl Emitters {
         let (direction, radiance, pdf) = self.environment()?.sample_by(sky, u)?;
         let pdf = pdf * probability;
         Some(EmitterSample {
-            emitter,
+            emitter: self.infinite_index(index),
             direction,
             weight: radiance / pdf.value(),
             pdf,
             is_delta: false,
             target: None,
         })
+    }
+
+    /// Index of an emitter by its number among those at infinity.
+    #[inline(always)]
+    fn infinite_index(&self, number: usize) -> u32 {
+        (self.areas.len() + self.points.len() + number) as u32
+    }
+
+    /// Index of the environment, if there is one: it is the last of those at infinity.
+    #[inline(always)]
+    fn environment_index(&self) -> u32 {
+        self.infinite_index(self.directionals.len())
+    }
+
+    /// Whether the emitter of this number among those at infinity is the environment.
+    #[inline(always)]
+    fn is_environment(&self, number: usize) -> bool {
+        number == self.directionals.len() && self.environment().is_some()
     }
 
     /// Radiance that leaves `point` against the ray direction `incoming` (towards `−incoming`).

@@ -1,7 +1,9 @@
 //! The data of a finite emitter that light samplers use, and samples of a selected one.
 
 use super::area::TriangleEmitter;
-use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, SkySampling, target_on_surface};
+use super::{
+    AreaEmitter, EmitterSample, Emitters, EnvironmentChoice, PointEmitter, SkySampling, target_on_surface,
+};
 use crate::{SurfacePoint, luminance};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
@@ -126,10 +128,21 @@ impl Emitters {
     #[inline]
     pub fn sample_at_infinity(&self, sky: SkySampling, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         let count = self.infinite_count();
-        let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
         (count > 0)
-            .then(|| self.sample_infinite(sky, which, 1.0 / count as f32, u))
+            .then(|| self.sample_infinite(sky, self.infinite_number(u_select), 1.0 / count as f32, u))
             .flatten()
+    }
+
+    /// The number, among those at infinity, of the emitter that `u_select` chooses.
+    #[inline(always)]
+    fn infinite_number(&self, u_select: u64) -> usize {
+        ((u128::from(u_select) * self.infinite_count() as u128) >> 64) as usize
+    }
+
+    /// Whether [`sample_at_infinity`](Self::sample_at_infinity) samples the environment.
+    #[inline(always)]
+    pub(super) fn selects_environment(&self, u_select: u64) -> bool {
+        self.is_environment(self.infinite_number(u_select))
     }
 
     /// Density with which [`sample_at_infinity`](Self::sample_at_infinity) chooses `direction`
@@ -137,9 +150,17 @@ impl Emitters {
     #[inline(always)]
     pub fn pdf_at_infinity(&self, sky: SkySampling, direction: Vec3) -> Density<SolidAngle> {
         match self.environment() {
-            Some(environment) => environment.pdf_by(sky, direction) * (1.0 / self.infinite_count() as f32),
+            Some(environment) => self
+                .choice_at_infinity(sky)
+                .pdf(environment.pdf_by(sky, direction)),
             None => Density::ZERO,
         }
+    }
+
+    /// How [`sample_at_infinity`](Self::sample_at_infinity) samples the environment.
+    #[inline(always)]
+    pub fn choice_at_infinity(&self, sky: SkySampling) -> EnvironmentChoice {
+        EnvironmentChoice::new(sky, 1.0 / self.infinite_count() as f32)
     }
 }
 

@@ -143,6 +143,28 @@ impl Image {
         }
     }
 
+    /// The texel in column `x` of row `y`, both within the image, and the one right of it, columns
+    /// wrapping around: three numbers each, and two more of no meaning. They lie in the image or,
+    /// copied, in `spare`.
+    #[inline(always)]
+    pub(crate) fn pair<'a>(&'a self, x: u32, y: u32, spare: &'a mut [f32; 8]) -> &'a [f32; 8] {
+        let row = y as usize * self.width as usize;
+        if let Texels::Linear(pixels) = &self.texels
+            && x + 1 < self.width
+            && let Some(numbers) = pixels.as_flattened().get(3 * (row + x as usize)..)
+            && let Some(numbers) = numbers.first_chunk()
+        {
+            return numbers;
+        }
+        let right = if x + 1 < self.width { x + 1 } else { 0 };
+        let (a, b) = (
+            self.at_index(row + x as usize),
+            self.at_index(row + right as usize),
+        );
+        *spare = [a.x, a.y, a.z, b.x, b.y, b.z, 0.0, 0.0];
+        spare
+    }
+
     /// Prefetches the texel that [`Image::texel`] reads.
     #[inline(always)]
     pub(crate) fn prefetch(&self, x: u32, y: u32) {

@@ -94,7 +94,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         self.meet(&mut trees.first, paths, count);
         if transport.max_depth == 1 {
             for tree in 0..count {
-                Vertices::<S, FIRST>::met(transport, (paths, taken), (tree, None), trees);
+                Vertices::<S, FIRST>::met(transport, (paths, taken), tree, trees);
             }
             trees.forget_own(short);
             return;

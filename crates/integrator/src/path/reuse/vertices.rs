@@ -1,19 +1,20 @@
 //! The first two vertices of trees: eight at a time where surfaces are diffuse or glossy, one at a
 //! time elsewhere, with the same bits.
 
-use super::points::{store_all, vector};
+use super::points::store_all;
 use super::tree::Trees;
 use crate::emitter_sampler::EmitterSampler;
+use crate::path::escape::Escaped;
 use crate::path::numbers::{PathWords, VertexLanes, VertexNumbers, emitter_block};
 use crate::path::paths::{Paths, Shadows, lanes_within};
-use crate::path::scattered_lanes::{is_black, load_vectors, store_vectors};
+use crate::path::scattered_lanes::{is_black, store_vectors};
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, PathState, Shadow, Transport, UNSEEN};
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::power_heuristic_lanes;
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{DiffuseLanes, Environment, HitBatch, Rgb, SkyPlace};
+use lightshed_scene::{DiffuseLanes, HitBatch, Rgb};
 
 /// Number of the edge that leads to `x₁`, and to `x₂`.
 pub const FIRST: u32 = 1;
@@ -68,8 +69,8 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         missed &= wanted;
         let scene = self.transport.scene;
         let mut others = wanted & !missed;
-        if let Some(environment) = scene.emitters().environment().filter(|_| missed != 0) {
-            self.escape::<L>(environment, place, missed);
+        if missed != 0 && scene.emitters().environment().is_some() {
+            self.escape::<L>(place, missed);
         }
         if L::IN_REGISTERS {
             let mut point = scene.diffuse_lanes::<L>(self.hits(), place, others & !is_delta);
@@ -85,7 +86,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         }
         while others != 0 {
             let lane = others.trailing_zeros() as usize;
-            self.arrive(place + lane, None);
+            self.arrive(place + lane);
             self.alone(place + lane);
             others &= others - 1;
         }
@@ -102,43 +103,40 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
     #[inline(always)]
     fn arrive_all(&mut self, place: usize, mut met: u32) {
         while met != 0 {
-            self.arrive(place + met.trailing_zeros() as usize, None);
+            self.arrive(place + met.trailing_zeros() as usize);
             met &= met - 1;
         }
     }
 
     /// Adds what the paths of the lanes `missed` find around the scene.
     #[inline(always)]
-    fn escape<L: Lanes>(&mut self, environment: &Environment, place: usize, mut missed: u32) {
-        let paths = self.paths;
-        let places = environment.places::<L>(load_vectors(&paths.rays.direction, place));
+    fn escape<L: Lanes>(&mut self, place: usize, mut missed: u32) {
+        let scene = (self.transport.scene, &self.transport.sampler);
+        let found = match L::IN_REGISTERS {
+            true => Escaped::of::<L, S>(scene, self.paths, place, (DEPTH, 1), missed),
+            false => None,
+        };
+        let Some(found) = found else {
+            return self.arrive_all(place, missed);
+        };
         while missed != 0 {
             let lane = missed.trailing_zeros() as usize;
+            let owner = self.paths.owner.get_word(place + lane) as usize;
+            self.trees.add_own(owner, found.get(lane));
             missed &= missed - 1;
-            let (index, sky) = (place + lane, places[lane % LANES]);
-            // Nothing else finds what the camera sees.
-            if DEPTH == FIRST {
-                let throughput = vector(&paths.throughput, index);
-                let owner = paths.owner.get_word(index) as usize;
-                self.trees
-                    .add_own(owner, throughput * environment.radiance_at(sky));
-            } else {
-                self.arrive(index, Some(sky));
-            }
         }
     }
 
     #[inline(never)]
-    fn arrive(&mut self, index: usize, sky: Option<SkyPlace>) {
-        Self::met(self.transport, (self.paths, self.taken), (index, sky), self.trees);
+    fn arrive(&mut self, index: usize) {
+        Self::met(self.transport, (self.paths, self.taken), index, self.trees);
     }
 
-    /// Adds emission that one path has met; outside of the scene, perhaps at a known place of the
-    /// sky.
+    /// Adds emission that one path has met.
     pub fn met(
         transport: &Transport<'_, S>,
         (paths, taken): (&Paths<S::Site>, u64),
-        (index, sky): (usize, Option<SkyPlace>),
+        index: usize,
         trees: &mut Trees,
     ) {
         let hit = match DEPTH {
@@ -150,10 +148,7 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
         }
         let (scene, ray) = (transport.scene, paths.rays.get(index));
         let point = hit.map(|hit| scene.surface(&ray, &hit));
-        let path = PathState {
-            sky,
-            ..paths.get(index, DEPTH)
-        };
+        let path = paths.get(index, DEPTH);
         let met = path.met(scene, &transport.sampler, &ray, point.as_ref());
         trees.add_own(paths.owner.get_word(index) as usize, path.throughput * met);
     }
@@ -209,7 +204,6 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
                     pdf: sample.pdf,
                     is_delta: sample.is_delta,
                 }),
-                sky: None,
             };
             self.push(index, &path, &vertex.point.spawn(sample.direction));
         }
@@ -304,7 +298,6 @@ impl<S: EmitterSampler, const DEPTH: u32> Vertices<'_, '_, S, DEPTH> {
                 pdf: sample.pdf,
                 is_delta: sample.is_delta,
             }),
-            sky: None,
         };
         if !sample.is_delta {
             path.throughput = Rgb::ONE;

@@ -419,7 +419,6 @@ impl<S: EmitterSampler> Ground<'_, '_, S> {
                 pdf: sample.pdf,
                 is_delta: false,
             }),
-            sky: None,
         };
         // A path of its own, by a channel of its own.
         if tracer.is_spectral() {

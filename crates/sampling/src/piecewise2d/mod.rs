@@ -7,6 +7,10 @@
 //!
 //! Two guided searches of contiguous words; 1¼ words of memory a cell.
 
+mod lanes;
+
+pub use lanes::PiecewiseLanes2d;
+
 use crate::measure::{Density, PrimarySample};
 use crate::piecewise::{
     FixedPoint, accumulate, accumulate_with, bin_of, fill_guide, guide_buckets, point_in_bin,
@@ -133,9 +137,14 @@ impl PiecewiseConstant2d {
     /// `p = p(v) p(u|v)` from the words owned by the row and by the column.
     #[inline(always)]
     fn density(&self, row_width: u64, column_width: u64) -> Density<PrimarySample> {
+        Density::new((row_width as f64 * column_width as f64 * self.density_of_words()) as f32)
+    }
+
+    /// The density of a cell whose row owns one word, and whose column does.
+    #[inline(always)]
+    fn density_of_words(&self) -> f64 {
         const TWO_POW_MINUS_64: f64 = 1.0 / 18_446_744_073_709_551_616.0;
-        let cells = f64::from(self.width) * self.marginal.len() as f64;
-        Density::new((row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32)
+        f64::from(self.width) * self.marginal.len() as f64 * TWO_POW_MINUS_64
     }
 
     /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row. For

@@ -1,12 +1,14 @@
 //! Light from all directions: constant, or an image.
 
+mod lanes;
+
+pub use lanes::EnvironmentLanes;
+
 use super::{SkySampling, check_rgb, luminance_f64};
 use crate::{EnvironmentMap, FlatSky, Image, Rgb};
 use glam::{Mat3, Vec3};
-use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_sampling::{
     Density, PiecewiseConstant2d, PrimarySample, SolidAngle, UniformSphere, sin_cos_turns, turn_of,
-    turn_of_lanes,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -14,10 +16,6 @@ use std::sync::Arc;
 /// What surrounds the scene.
 #[derive(Clone, Debug)]
 pub struct Environment(Kind);
-
-/// The place of a direction in the image that surrounds a scene, if it is an image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SkyPlace([f32; 2]);
 
 #[derive(Clone, Debug)]
 enum Kind {
@@ -106,39 +104,12 @@ impl Environment {
         }
     }
 
-    /// Where a unit direction is looked up.
-    #[inline]
-    pub fn place(&self, direction: Vec3) -> SkyPlace {
-        SkyPlace(match &self.0 {
-            Kind::Constant(_) => [0.0; 2],
-            Kind::Image(image) => image.coordinates(direction),
-        })
-    }
-
-    /// [`place`](Self::place) of eight directions, with the same bits.
-    #[inline(always)]
-    pub fn places<L: Lanes>(&self, directions: Vec3Lanes<L>) -> [SkyPlace; LANES] {
-        match &self.0 {
-            Kind::Constant(_) => [SkyPlace([0.0; 2]); LANES],
-            Kind::Image(image) => {
-                let [u, v] = image.coordinates_lanes(directions).map(L::store);
-                std::array::from_fn(|lane| SkyPlace([u[lane], v[lane]]))
-            }
-        }
-    }
-
     /// Radiance arriving from the unit direction `direction`.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Rgb {
-        self.radiance_at(self.place(direction))
-    }
-
-    /// The same of the direction at a [`place`](Self::place).
-    #[inline]
-    pub fn radiance_at(&self, place: SkyPlace) -> Rgb {
         match &self.0 {
             Kind::Constant(radiance) => *radiance,
-            Kind::Image(image) => image.radiance(place.0),
+            Kind::Image(image) => image.radiance(image.coordinates(direction)),
         }
     }
 
@@ -176,14 +147,14 @@ impl Environment {
         }
     }
 
-    /// Both [`radiance`](Self::radiance) and [`pdf_by`](Self::pdf_by) of the direction at a
-    /// [`place`](Self::place); the density is 0 where the radiance is.
+    /// Both [`radiance`](Self::radiance) and [`pdf_by`](Self::pdf_by) of a direction, which is
+    /// looked up once; the density is 0 where the radiance is.
     #[inline]
-    pub fn radiance_and_pdf_at(&self, sky: SkySampling, place: SkyPlace) -> (Rgb, Density<SolidAngle>) {
+    pub fn light_by(&self, sky: SkySampling, direction: Vec3) -> (Rgb, Density<SolidAngle>) {
         match &self.0 {
             Kind::Constant(radiance) => (*radiance, UniformSphere::density()),
             Kind::Image(image) => {
-                let SkyPlace(uv) = place;
+                let uv = image.coordinates(direction);
                 let radiance = image.radiance(uv);
                 let pdf = match radiance == Rgb::ZERO {
                     true => Density::ZERO,
@@ -283,19 +254,6 @@ impl ImageEnvironment {
         [if u < 0.0 { u + 1.0 } else { u }, v]
     }
 
-    /// [`coordinates`](Self::coordinates) of eight directions, with the same bits.
-    #[inline(always)]
-    fn coordinates_lanes<L: Lanes>(&self, directions: Vec3Lanes<L>) -> [L; 2] {
-        let axis = |axis: Vec3| Vec3Lanes::<L>::splat(axis.to_array());
-        let [x, y, z] = [self.to_local.x_axis, self.to_local.y_axis, self.to_local.z_axis].map(axis);
-        let d = x * directions.x + y * directions.y + z * directions.z;
-        let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        let half_texel = L::splat(0.5 / self.image.width() as f32);
-        let u = turn_of_lanes(d.x, -d.z) - half_texel;
-        let v = L::splat(2.0) * turn_of_lanes((d.x * d.x + d.z * d.z).sqrt(), d.y);
-        [(u + one).select(u.less(zero), u), v]
-    }
-
     #[inline]
     fn pdf(&self, distribution: &PiecewiseConstant2d, uv: [f32; 2]) -> Density<SolidAngle> {
         to_solid_angle(distribution.pdf(uv), sin_cos_turns(0.5 * uv[1]).0)
@@ -336,25 +294,17 @@ impl ImageEnvironment {
 mod tests {
     use super::*;
     use glam::Affine3A;
-    use lightshed_lanes::{LaneChoice, LaneKernel};
     use lightshed_sampling::CounterRng;
 
-    struct Places<'a>(&'a Environment, [[f32; LANES]; 3]);
-
-    impl LaneKernel for Places<'_> {
-        type Output = [SkyPlace; LANES];
-
-        #[inline(always)]
-        fn run<L: Lanes>(self) -> Self::Output {
-            let [x, y, z] = self.1.each_ref().map(L::load);
-            self.0.places(Vec3Lanes::new(x, y, z))
-        }
-    }
-
-    fn environment() -> Environment {
-        let texels = (0..32 * 17).map(|i| [i as f32, (i * i % 71) as f32, 1.0]);
+    /// Of numbers as they are, or of codes.
+    pub(super) fn environment(is_linear: bool) -> Environment {
+        let texel = |i: u32| [i, i * i % 71, 1];
+        let image = match is_linear {
+            true => Image::from_linear(32, 17, (0..32 * 17).map(|i| texel(i).map(|v| v as f32)).collect()),
+            false => Image::from_srgb8(32, 17, (0..32 * 17).map(|i| texel(i).map(|v| v as u8)).collect()),
+        };
         let map = EnvironmentMap {
-            image: Arc::new(Image::from_linear(32, 17, texels.collect()).unwrap()),
+            image: Arc::new(image.unwrap()),
             scale: 1.5,
             to_world: Affine3A::from_rotation_y(0.7) * Affine3A::from_rotation_z(2.0),
         };
@@ -362,7 +312,7 @@ mod tests {
     }
 
     /// Axes, their opposites and random directions.
-    fn directions() -> Vec<Vec3> {
+    pub(super) fn directions() -> Vec<Vec3> {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z];
         let mut rng = CounterRng::new(12, 0, 0);
         let random = (0..1018).map(|_| UniformSphere::sample(rng.next_2d()));
@@ -370,27 +320,11 @@ mod tests {
         axes.chain(random).collect()
     }
 
-    /// Eight directions are looked up where each alone is, bit for bit.
-    /// Planted faults: another sign of `z`; no turn added below zero; the transposed rotation.
-    #[test]
-    fn places_in_lanes_have_the_same_bits() {
-        let environment = environment();
-        for lanes in LaneChoice::all() {
-            for eight in directions().chunks_exact(LANES) {
-                let rows = [0, 1, 2].map(|axis| std::array::from_fn(|lane| eight[lane][axis]));
-                let found = lanes.run(Places(&environment, rows));
-                for (place, &direction) in found.iter().zip(eight) {
-                    assert_eq!(*place, environment.place(direction), "{direction}");
-                }
-            }
-        }
-    }
-
     /// In coordinates of `f64`, by `atan2` and `acos`; within 10⁻⁶ but for the poles.
     /// Planted faults: half a texel left out; `v` from the other pole.
     #[test]
     fn places_are_those_of_double_precision() {
-        let environment = environment();
+        let environment = environment(true);
         let Kind::Image(image) = &environment.0 else {
             panic!("an image is one")
         };
@@ -398,8 +332,7 @@ mod tests {
             let d = (image.to_local * direction).as_dvec3();
             let u = d.x.atan2(-d.z) / std::f64::consts::TAU - 0.5 / 32.0;
             let v = d.x.hypot(d.z).atan2(d.y) / std::f64::consts::PI;
-            let SkyPlace(found) = environment.place(direction);
-            let [found_u, found_v] = found.map(f64::from);
+            let [found_u, found_v] = image.coordinates(direction).map(f64::from);
             let off = (found_u - u - (found_u - u).round()).abs() * (std::f64::consts::PI * v).sin();
             assert!(off < 1e-6 && (found_v - v).abs() < 1e-6, "{direction} {off}");
             assert!((0.0..=1.0).contains(&found_u) && (0.0..=1.0).contains(&found_v));
@@ -408,12 +341,11 @@ mod tests {
 
     /// What is looked up once is what both look-ups give.
     #[test]
-    fn radiance_and_density_of_a_place_are_those_of_its_direction() {
-        let environment = environment();
+    fn radiance_and_density_are_those_of_a_direction() {
+        let environment = environment(true);
         for direction in directions() {
             for sky in [SkySampling::Luminance, SkySampling::AboveMean] {
-                let place = environment.place(direction);
-                let (radiance, pdf) = environment.radiance_and_pdf_at(sky, place);
+                let (radiance, pdf) = environment.light_by(sky, direction);
                 assert_eq!(radiance, environment.radiance(direction));
                 assert_eq!(pdf, environment.pdf_by(sky, direction));
             }
