@@ -258,8 +258,8 @@ impl Emitters {
         wanted: u32,
     ) -> EmitterLanes<L> {
         let mut skies = 0;
-        for lane in 0..LANES {
-            skies |= u32::from(self.selects_environment(u_select[lane])) << lane;
+        for (lane, &u_select) in u_select.iter().enumerate() {
+            skies |= u32::from(self.selects_environment(u_select)) << lane;
         }
         skies &= wanted;
         let u_rows = [u[0].store(), u[1].store()];

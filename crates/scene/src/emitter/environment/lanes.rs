@@ -272,8 +272,8 @@ mod tests {
                     }
                     for sky in WAYS {
                         let samples = lanes.run(Samples(&environment, sky, u));
-                        for lane in 0..LANES {
-                            let alone = environment.sample_by(sky, [u[0][lane], u[1][lane]]);
+                        for (lane, (&u, &v)) in u[0].iter().zip(&u[1]).enumerate() {
+                            let alone = environment.sample_by(sky, [u, v]);
                             let found = Some(of_lane(&samples, lane)).filter(|found| found.2.is_positive());
                             assert_eq!(found, alone);
                         }
