@@ -94,3 +94,95 @@ impl ChosenLanes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EmitterSampler, LightChoosing};
+    use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
+    use lightshed_sampling::CounterRng;
+    use lightshed_scene::glam::{Affine3A, Vec3};
+    use lightshed_scene::{EmitterDescription, EmitterSample, EnvironmentMap, Image, Rgb, Scene, builtin};
+    use std::sync::Arc;
+
+    /// Samples at the origin, each with all numbers.
+    struct Samples<'a, 'b>(&'a LightSelection<'b>, [u64; LANES], [[f32; LANES]; 2], u32);
+
+    /// Direction, weight and density.
+    type Row = [[f32; LANES]; 7];
+
+    impl LaneKernel for Samples<'_, '_> {
+        type Output = (Row, u32, u32);
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            let Self(selection, u_select, u, wanted) = self;
+            let zero = L::splat(0.0);
+            let samples = selection.sample_lanes::<L>(
+                Vec3Lanes::new(zero, zero, zero),
+                &[ShadingPoint::default(); LANES],
+                [
+                    L::Words::load(&u_select.map(|u| u as u32)),
+                    L::Words::load(&u_select.map(|u| (u >> 32) as u32)),
+                ],
+                [L::load(&u[0]), L::load(&u[1])],
+                wanted,
+            );
+            let ([x, y, z], [r, g, b]) = (samples.direction.store(), samples.weight.store());
+            let row = [x, y, z, r, g, b, samples.pdf_solid_angle.store()];
+            (row, samples.found.bits(), samples.is_delta.bits())
+        }
+    }
+
+    /// Lamps, a sun and a sky: eight samples are those alone, bit for bit, and where the sky is
+    /// left out none is of the sky.
+    #[test]
+    fn samples_in_lanes_are_those_alone() {
+        let mut description = builtin::by_name("cornell").unwrap();
+        let texels = (0..8 * 4).map(|i| [(i % 7) as f32, (i % 3) as f32, 1.0]);
+        description.emitters.extend([
+            EmitterDescription::Environment(EnvironmentMap {
+                image: Arc::new(Image::from_linear(8, 4, texels.collect()).unwrap()),
+                scale: 2.0,
+                to_world: Affine3A::from_rotation_x(0.3),
+            }),
+            EmitterDescription::Directional {
+                direction: Vec3::NEG_Y,
+                irradiance: Rgb::ONE,
+            },
+        ]);
+        let scene = Scene::new(&description).unwrap();
+        for choosing in [LightChoosing::Power, LightChoosing::Bvh, LightChoosing::Unfound] {
+            let selection = LightSelection::new(&scene, choosing).unwrap();
+            let (mut of_sky, mut others) = (0, 0);
+            for number in 0..200 {
+                let mut rng = CounterRng::new(8, number, 0);
+                let u_select = std::array::from_fn(|_| rng.next_u64());
+                let u = [(); 2].map(|()| std::array::from_fn(|_| rng.next_f32()));
+                let wanted = rng.next_u32() & 0xff;
+                for lanes in LaneChoice::all() {
+                    let (row, found, is_delta) = lanes.run(Samples(&selection, u_select, u, wanted));
+                    for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+                        let u = u.map(|row: [f32; LANES]| row[lane]);
+                        let at = ShadingPoint::default();
+                        let alone = selection.sample(Vec3::ZERO, &at, u_select[lane], u);
+                        assert_eq!(found >> lane & 1 == 1, alone.is_some());
+                        let Some(alone) = alone else { continue };
+                        let EmitterSample {
+                            direction, weight, ..
+                        } = alone;
+                        let [[x, y, z], [r, g, b]] = [direction, weight].map(|v| v.to_array());
+                        let expected = [x, y, z, r, g, b, alone.pdf.value()];
+                        assert_eq!(row.map(|row| row[lane]), expected, "{alone:?}");
+                        assert_eq!(is_delta >> lane & 1 == 1, alone.is_delta);
+                        let environment = scene.emitters().infinite_count() as u32 - 1;
+                        let is_sky = alone.emitter == scene.emitters().finite_count() as u32 + environment;
+                        *(if is_sky { &mut of_sky } else { &mut others }) += 1;
+                    }
+                }
+            }
+            assert_eq!(of_sky > 0, choosing != LightChoosing::Unfound);
+            assert!(others > 200, "{others}");
+        }
+    }
+}

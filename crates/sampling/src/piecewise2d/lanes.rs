@@ -183,7 +183,7 @@ impl PiecewiseConstant2d {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::CounterRng;
+    use crate::{CounterRng, f32_from_u32};
     use lightshed_lanes::{LaneChoice, LaneKernel};
 
     /// Samples by eight points, and densities at them.
@@ -234,6 +234,12 @@ mod tests {
                         for (lane, u) in row.iter_mut().enumerate() {
                             *u = match round {
                                 0 => ends[(lane >> (2 * axis)) % 4],
+                                // The last word before a column, as near as 24 bits come.
+                                1..5 => {
+                                    let starts = density.column_starts();
+                                    let start = starts[(round * LANES + lane) % starts.len()];
+                                    f32_from_u32(start.saturating_sub(1))
+                                }
                                 _ => rng.next_f32(),
                             };
                         }

@@ -2,12 +2,12 @@
 
 use super::lanes::EmitterLanes;
 use super::tests::{scene, sphere, triangle};
-use crate::EmitterDescription;
-use crate::{Rgb, Scene};
-use glam::Vec3;
+use crate::{EmitterDescription, EnvironmentMap, Image, Rgb, Scene, SkySampling};
+use glam::{Affine3A, Vec3};
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::check_faults;
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug)]
 enum Fault {
@@ -134,4 +134,76 @@ fn given_emitters_in_lanes_are_those_alone() {
         Ok(())
     })
     .unwrap();
+}
+
+/// Samples of emitters at infinity.
+struct AtInfinity<'a> {
+    scene: &'a Scene,
+    u_select: [u64; LANES],
+    u: [[f32; LANES]; 2],
+    wanted: u32,
+}
+
+impl LaneKernel for AtInfinity<'_> {
+    type Output = (Vec<[u32; LANES]>, u32);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let u = [L::load(&self.u[0]), L::load(&self.u[1])];
+        let emitters = self.scene.emitters();
+        let sky = SkySampling::AboveMean;
+        let samples = emitters.sample_at_infinity_lanes(sky, &self.u_select, u, self.wanted);
+        (rows(&samples), samples.found.bits())
+    }
+}
+
+/// A sun and a sky, chosen for few and for many of the lanes; the sky's pole, where nothing is
+/// sampled, too.
+#[test]
+fn emitters_at_infinity_in_lanes_are_those_alone() {
+    let texels = (0..8 * 4).map(|i| [(i % 7) as f32, (i % 3) as f32, 1.0]);
+    let sky = EmitterDescription::Environment(EnvironmentMap {
+        image: Arc::new(Image::from_linear(8, 4, texels.collect()).unwrap()),
+        scale: 2.0,
+        to_world: Affine3A::from_rotation_x(0.3),
+    });
+    let sun = EmitterDescription::Directional {
+        direction: Vec3::NEG_Y,
+        irradiance: Rgb::ONE,
+    };
+    let scene = scene(vec![], vec![sky, sun]);
+    let (mut skies, mut none) = (0, 0);
+    for number in 0..400 {
+        let mut rng = CounterRng::new(6, number, 0);
+        let u_select = std::array::from_fn(|_| rng.next_u64());
+        let mut u = [(); 2].map(|()| std::array::from_fn(|_| rng.next_f32()));
+        if number % 8 == 0 {
+            u[1][number as usize / 8 % LANES] = 0.0;
+        }
+        let wanted = rng.next_u32() & 0xff;
+        for choice in LaneChoice::all() {
+            let (rows, found) = choice.run(AtInfinity {
+                scene: &scene,
+                u_select,
+                u,
+                wanted,
+            });
+            for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+                let u = [u[0][lane], u[1][lane]];
+                let sample = scene
+                    .emitters()
+                    .sample_at_infinity(SkySampling::AboveMean, u_select[lane], u);
+                assert_eq!(sample.is_some(), found >> lane & 1 == 1);
+                let Some(sample) = sample else {
+                    none += 1;
+                    continue;
+                };
+                let alone = EmitterLanes::<lightshed_lanes::ArrayLanes>::one_by_one(1, |_| Some(sample));
+                let alone = self::rows(&alone).into_iter().map(|row| row[0]);
+                assert!(alone.eq(rows.iter().map(|row| row[lane])), "{sample:?}");
+                skies += u32::from(!sample.is_delta);
+            }
+        }
+    }
+    assert!(skies > 1000 && none > 5, "{skies}, {none}");
 }

@@ -256,6 +256,7 @@ impl LaneKernel for Samples<'_> {
             rows.extend(v.store());
         }
         rows.extend([t_max.store(), samples.pdf_solid_angle.store()]);
+        rows.push(samples.emitter.map(|emitter| emitter as f32));
         let is_delta = (samples.is_delta & samples.found).bits();
         (rows, samples.found.bits() & points.diffuse, is_delta)
     }
@@ -313,7 +314,7 @@ fn emitter_samples_in_lanes_are_those_alone() {
                         for v in [sample.direction, sample.weight, shadow.origin, shadow.direction] {
                             expected.extend(v.to_array());
                         }
-                        expected.extend([shadow.t_max, sample.pdf.value()]);
+                        expected.extend([shadow.t_max, sample.pdf.value(), sample.emitter as f32]);
                         if bits(rows.iter().map(|row| row[lane])) != bits(expected) {
                             return Err(format!("{sample:?} differs"));
                         }
