@@ -78,6 +78,7 @@ impl Auto {
             start: clock(),
             first: FirstImages::Full,
             told: None,
+            resampled: None,
         };
         race.run(&families)?;
         Ok(Choice {

@@ -15,13 +15,22 @@ use lightshed_film::{RayCounts, process_cpu_seconds};
 use lightshed_scene::SceneFeatures;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Frames that show the outliers of frames that resample.
+/// Frames that show the outliers of frames that resample, and what is said of fewer.
 const FEW_FRAMES: u32 = 4;
+const TOO_FEW: &str = "so few frames do not show its outliers";
 
 /// How certain the errors of paths with several emitter samples are at the least, in those of paths
 /// with one, chosen alike: a pilot has few of its dear samples, of which one outlier is easily
 /// all of the error.
 const AS_CERTAIN: f64 = 0.8;
+
+/// What a frame that also resamples costs, in frames that share paths alone: 4.0 to 5.0 in five
+/// scenes.
+const RESAMPLED: f64 = 4.5;
+
+/// Frames of an image from which on it may be made of those: a few more or less are then no great
+/// part of the work.
+const ENOUGH_FRAMES: f64 = 8.0;
 
 /// The part of the error of frames that share that is not in the worst pixels of their squares,
 /// where outliers are shared by none, and where they are by many. It is 0.6 to 0.99 in rooms whose
@@ -61,6 +70,8 @@ pub(super) struct Race<'r, 'a> {
     pub first: FirstImages,
     /// Paths with several emitter samples whose error is told by those with one, without images.
     pub told: Option<Method>,
+    /// Frames that share paths and resample the rest, of which the pilot has too few.
+    pub resampled: Option<Method>,
 }
 
 /// Uses of the first method's images.
@@ -169,6 +180,13 @@ impl Race<'_, '_> {
             let tried = if place == 0 { all } else { same..same + 1 };
             for method in &family.methods[tried] {
                 let frames = self.plan.frames(FrameCost::at_first_sight(method));
+                // Frames that resample seem to gain while they lack their outliers. Allowing for
+                // those leaves few frames nothing to show.
+                if method.name() == RESAMPLING && frames.is_none_or(|frames| frames < FEW_FRAMES) {
+                    self.leave_out(method, TOO_FEW);
+                    self.resampled = Some(method.clone()).filter(|method| method.values().shares_paths());
+                    continue;
+                }
                 let Some(frames) = frames.map(|frames| match done.len() {
                     0 => self.first.frames(frames),
                     _ => frames,
@@ -178,12 +196,6 @@ impl Race<'_, '_> {
                 };
                 if has_several_samples(method) && self.is_told(method, &done) {
                     self.told = Some(method.clone());
-                    continue;
-                }
-                // Frames that resample seem to gain while they lack their outliers. Allowing for
-                // those leaves few frames nothing to show.
-                if method.name() == RESAMPLING && frames < FEW_FRAMES {
-                    self.leave_out(method, "so few frames do not show its outliers");
                     continue;
                 }
                 match images(self.stage, method, frames, self.task.threads, self.cancel) {
@@ -451,6 +463,17 @@ impl Race<'_, '_> {
             .map(|(place, _)| place)
     }
 
+    /// What is taken for a chosen method of an image of so many frames: where frames share paths,
+    /// those that also resample, if the pilot had too few of these to judge. They lose next to
+    /// nothing beside frames that only share, and gain where smooth surfaces throw outliers, which
+    /// a pilot does not meet.
+    fn resampled_for(&self, chosen: &Method, frames: f64) -> Option<Method> {
+        let choosing = |method: &Method| method.values().light_choosing();
+        let method = self.resampled.as_ref()?;
+        let is_for = chosen.name() == "path-reuse" && choosing(method) == choosing(chosen);
+        (is_for && frames >= ENOUGH_FRAMES * RESAMPLED).then(|| method.clone())
+    }
+
     /// The choice, or the plain one if there was none.
     pub fn finish(self, plain: Choice) -> Choice {
         let best = self.best().filter(|_| !self.cancel.load(Ordering::Relaxed));
@@ -471,8 +494,22 @@ impl Race<'_, '_> {
         // The plainest one is rendered as often as is asked, whatever its short paths are.
         let short = if best == 0 { 1.0 } else { chosen.short.cost };
         let cost = short * chosen.cost / first.cost;
+        let resampled = self.resampled_for(&chosen.method, f64::from(self.task.samples) / cost);
+        let mut left_out = self.left_out.clone();
+        let (method, cost, why) = match resampled {
+            Some(method) => {
+                let name = method.to_string();
+                left_out.retain(|left| left.method != name);
+                let why = format!(
+                    "{why}; {method} does what {} does, and has few outliers of what smooth surfaces throw",
+                    chosen.method
+                );
+                (method, RESAMPLED * cost, why)
+            }
+            None => (chosen.method.clone(), cost, why),
+        };
         Choice {
-            method: chosen.method.clone(),
+            method,
             cost: if cost.is_finite() { cost.max(MIN_COST) } else { 1.0 },
             why,
             pilot: Some(PilotRun {
@@ -481,7 +518,7 @@ impl Race<'_, '_> {
                 seconds: clock() - self.start,
             }),
             trials: self.trials,
-            left_out: self.left_out,
+            left_out,
             ..plain
         }
     }

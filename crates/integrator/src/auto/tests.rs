@@ -258,6 +258,61 @@ fn light_that_glass_throws_is_not_shared() {
     assert_eq!(choice.method.to_string(), "path", "{:?}", choice.trials);
 }
 
+/// Where sharing wins beside something smooth, frames that also resample are taken if the pilot had
+/// too few of them to judge: there, and not in an image of few of them or where nothing is smooth.
+/// The work stays the same.
+/// Planted faults: a frame that resamples counted as one that shares; images of few taken, too.
+#[test]
+fn frames_that_resample_are_taken_where_they_are_too_few_to_judge() {
+    let choose = |is_smooth: bool, samples: u32| {
+        let mut description = builtin::corridor();
+        (description.settings.width, description.settings.height) = (48, 32);
+        if is_smooth {
+            description.materials.push(Material::Dielectric {
+                eta: 1.5,
+                roughness: None,
+                specular_reflectance: ColorTexture::Constant(Rgb::ONE),
+                specular_transmittance: ColorTexture::Constant(Rgb::ONE),
+            });
+            description.shapes.push(ShapeDescription {
+                name: "bead".into(),
+                geometry: Geometry::Sphere(SphereGeometry {
+                    center: [0.0, 0.5, 0.0].into(),
+                    radius: 0.01,
+                    flip_normals: false,
+                }),
+                material: description.materials.len() as u32 - 1,
+                emission: None,
+            });
+        }
+        let mut scene = Scene::new(&description).unwrap();
+        let choice = auto("auto").choose(
+            &mut scene,
+            &AutoTask::new([48, 32], samples),
+            &AtomicBool::new(false),
+        );
+        choice.unwrap()
+    };
+    let [smooth, rough] = [true, false].map(|is_smooth| choose(is_smooth, ENOUGH));
+    assert_eq!(rough.method.to_string(), "path-reuse", "{:?}", rough.trials);
+    assert_eq!(
+        smooth.method.to_string(),
+        "restir-pt-offline",
+        "{:?}",
+        smooth.trials
+    );
+    assert!(
+        smooth
+            .left_out
+            .iter()
+            .all(|left| left.method != "restir-pt-offline")
+    );
+    let ratio = smooth.cost / rough.cost;
+    assert!((4.0..5.0).contains(&ratio), "{ratio}");
+    let frames = |choice: &Choice, samples: u32| f64::from(samples) / choice.cost;
+    assert!(frames(&smooth, ENOUGH) >= 8.0);
+}
+
 /// A chain that has found light which few paths find is judged by that light, in larger images as
 /// well, of which the pilot sees a small part: images by it have a tenth of the relative error.
 /// Planted fault: each image with the same share in the brightness that errors refer to.
