@@ -32,7 +32,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "the same bits as the function of one number, by the crate's tests",
         "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes PointSet::block_lanes PointSet::block_lanes_by PointSet::common_lanes SobolSampler::block_lanes SobolSampler::block_lanes_by SobolScrambles::new BlueNoiseSampler::block_lanes FrameLanes::from_normal FrameLanes::to_local FrameLanes::to_world GgxLanes::masking GgxLanes::new GgxLanes::normal_density \
          GgxLanes::sample_visible_normal GgxLanes::visible_normal_density \
-         PathSeed::block_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes turn_of_lanes",
+         PathSeed::block_lanes PiecewiseConstant2d::pdf_lanes PiecewiseConstant2d::sample_lanes UniformSphere::sample_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes sin_cos_turns_lanes turn_of_lanes",
     ),
     (
         "lightshed-sampling",
@@ -190,14 +190,14 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
-         EmitterLanes::chosen_with EmitterLanes::one_by_one EmitterLanes::shadow_rays Emitters::sample_on_lanes EmittersByPower::environment EmittersByPower::sample_lanes Environment::place Environment::places Environment::radiance_and_pdf_at Environment::radiance_at GlossyLanes::evaluate Scene::intersect_emitting_many Scene::occluded \
+         EmitterLanes::chosen_with EmitterLanes::one_by_one EmitterLanes::shadow_rays Emitters::sample_on_lanes Emitters::sample_at_infinity_lanes EmittersByPower::sample_lanes Environment::light_by Environment::light_lanes Environment::sample_lanes EnvironmentChoice::pdf_lanes GlossyLanes::evaluate Scene::intersect_emitting_many Scene::occluded \
          Scene::nearest Scene::passes_grid_alone Scene::scatter_glossy Scene::settled",
     ),
     (
         "lightshed-scene",
         "densities integrate to one, histograms match them, rays leave and reach surfaces; by the crate's tests",
         "Camera::moved EmitterConnection::chosen_with EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from \
-         EmitterSample::chosen_with EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
+         EmitterSample::chosen_with EmitterSample::shadow_ray EmitterSample::shadow_ray_from EnvironmentChoice::chosen_with EnvironmentChoice::new EnvironmentChoice::pdf \
          Emitters::connect Emitters::connect_by Environment::pdf_by Environment::sample_by Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_pdf_on Emitters::pdf_at_infinity \
          Emitters::pdf_on Emitters::radiance Emitters::sample_at_infinity Emitters::sample_on EmittersByPower::connect \
          EmittersByPower::endpoint_probability EmittersByPower::pdf EmittersByPower::pdf_environment EmittersByPower::probability \
@@ -256,7 +256,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-integrator",
         "estimators: held to closed forms, to each other and to another renderer's images",
         "EmitterSampler::choose_lanes EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
-         EmitterSampler::environment EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_chosen_lanes EmitterSampler::sample_endpoint \
+         EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_chosen_lanes EmitterSampler::sample_endpoint \
          EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site \
          GuidedPaths::render_frame_elsewhere LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
          PathTracer::radiance RestirVolume::animated SceneWorld::arrive Trial::merit VolumePathTracer::radiance",

@@ -5,7 +5,7 @@ use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{
     ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame, FrameLanes, Ggx, GgxLanes,
     MicrofacetDistribution, PathSeed, SolidAngle, UniformSphere, UniformTriangle, f32_from_u32,
-    f32_from_u32_lanes, power_heuristic, power_heuristic_lanes,
+    f32_from_u32_lanes, power_heuristic, power_heuristic_lanes, sin_cos_turns, sin_cos_turns_lanes,
 };
 use lightshed_testkit::{check_faults, hostile_unit_f32};
 
@@ -36,6 +36,8 @@ impl LaneKernel for Arguments {
         let disk = ConcentricDisk::sample_lanes(u);
         let hemisphere = CosineHemisphere::sample_lanes(u);
         let triangle = UniformTriangle::sample_lanes(u);
+        let sphere = UniformSphere::sample_lanes(u);
+        let (sin, cos) = sin_cos_turns_lanes(u[1]);
         let normal = Vec3Lanes::new(
             L::load(&self.normals.map(|n| n.x)),
             L::load(&self.normals.map(|n| n.y)),
@@ -71,13 +73,14 @@ impl LaneKernel for Arguments {
             local,
             facet,
             to_unit,
+            sphere,
         ] {
             rows.extend(v.store());
         }
         for value in facets {
             rows.push(value.store());
         }
-        rows.push(world.length().store());
+        rows.extend([world.length().store(), sin.store(), cos.store()]);
         rows.extend([triangle[0].store(), triangle[1].store(), weight.store()]);
         for word in words.into_iter().chain(path_words) {
             rows.push(f32_from_u32_lanes::<L>(word).store());
@@ -118,6 +121,7 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
             let disk = ConcentricDisk::sample(u);
             let hemisphere = CosineHemisphere::sample(u);
             let triangle = UniformTriangle::sample(u);
+            let (sin, cos) = sin_cos_turns(u[1]);
             let frame = Frame::from_normal(normal);
             let world = frame.to_world(hemisphere);
             let ggx = Ggx::new(alpha, alpha);
@@ -140,11 +144,12 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
                 local,
                 facet,
                 to_unit,
+                UniformSphere::sample(u),
             ] {
                 results.extend(v.to_array());
             }
             results.extend(facets);
-            results.push(world.length());
+            results.extend([world.length(), sin, cos]);
             results.extend([triangle[0], triangle[1], power_heuristic(a, b)]);
             let sample = arguments.sample[lane];
             let mut stream = PathSeed::new(u64::from(sample) << 32 | u64::from(pixel)).stream();
