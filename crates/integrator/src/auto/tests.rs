@@ -264,9 +264,9 @@ fn light_that_glass_throws_is_not_shared() {
 /// Planted faults: a frame that resamples counted as one that shares; images of few taken, too.
 #[test]
 fn frames_that_resample_are_taken_where_they_are_too_few_to_judge() {
-    let choose = |is_smooth: bool, samples: u32| {
+    let choose = |is_smooth: bool, [width, height]: [u32; 2], samples: u32| {
         let mut description = builtin::corridor();
-        (description.settings.width, description.settings.height) = (48, 32);
+        (description.settings.width, description.settings.height) = (width, height);
         if is_smooth {
             description.materials.push(Material::Dielectric {
                 eta: 1.5,
@@ -288,12 +288,12 @@ fn frames_that_resample_are_taken_where_they_are_too_few_to_judge() {
         let mut scene = Scene::new(&description).unwrap();
         let choice = auto("auto").choose(
             &mut scene,
-            &AutoTask::new([48, 32], samples),
+            &AutoTask::new([width, height], samples),
             &AtomicBool::new(false),
         );
         choice.unwrap()
     };
-    let [smooth, rough] = [true, false].map(|is_smooth| choose(is_smooth, ENOUGH));
+    let [smooth, rough] = [true, false].map(|is_smooth| choose(is_smooth, [48, 32], ENOUGH));
     assert_eq!(rough.method.to_string(), "path-reuse", "{:?}", rough.trials);
     assert_eq!(
         smooth.method.to_string(),
@@ -311,6 +311,9 @@ fn frames_that_resample_are_taken_where_they_are_too_few_to_judge() {
     assert!((4.0..5.0).contains(&ratio), "{ratio}");
     let frames = |choice: &Choice, samples: u32| f64::from(samples) / choice.cost;
     assert!(frames(&smooth, ENOUGH) >= 8.0);
+    let few = choose(true, [192, 128], 30);
+    assert_eq!(few.method.to_string(), "path-reuse", "{:?}", few.trials);
+    assert!(frames(&few, 30) < 36.0);
 }
 
 /// A chain that has found light which few paths find is judged by that light, in larger images as
