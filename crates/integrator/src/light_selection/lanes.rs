@@ -182,6 +182,14 @@ mod tests {
                 }
             }
             assert_eq!(of_sky > 0, choosing != LightChoosing::Unfound);
+            // The density that is known of the sky alone is that of the selection.
+            let choice = selection.environment_choice().unwrap();
+            let (sky, at) = (scene.emitters().environment().unwrap(), ShadingPoint::default());
+            for direction in [Vec3::X, Vec3::Y, Vec3::new(-0.6, 0.0, 0.8)] {
+                let by_choice = choice.pdf(sky.pdf_by(choice.sky(), direction));
+                assert_eq!(by_choice, selection.pdf_environment(Vec3::ZERO, &at, direction));
+                assert_eq!(by_choice.is_positive(), choosing != LightChoosing::Unfound);
+            }
             assert!(others > 200, "{others}");
         }
     }
