@@ -184,7 +184,7 @@ pub(crate) fn sample_tile(
     let mut values = [Rgb::ZERO; MAX_BATCH];
     // A batch finishes a pixel's samples before it starts the next pixel. Counted on, since
     // dividing costs as much as adding to the statistics does.
-    let (mut asked, mut answered) = ((0, samples.start), (0, samples.start));
+    let mut next = (0, samples.start);
     let step = |(pixel, index): &mut (usize, u32)| {
         *index += 1;
         if *index == samples.end {
@@ -196,10 +196,11 @@ pub(crate) fn sample_tile(
             return false;
         }
         let count = MAX_BATCH.min(total - start);
+        let mut answered = next;
         for id in &mut ids[..count] {
-            let (x, y, _) = pixels[asked.0];
-            *id = SampleId { x, y, index: asked.1 };
-            step(&mut asked);
+            let (x, y, _) = pixels[next.0];
+            *id = SampleId { x, y, index: next.1 };
+            step(&mut next);
         }
         estimator.sample_many(&ids[..count], seed, &mut values[..count]);
         for value in &values[..count] {

@@ -13,7 +13,8 @@
 //! | densities that carry their measure, MIS heuristics | [`Density`], [`balance_heuristic`], [`power_heuristic`] | mixing measures does not compile |
 //! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
 //! | the unit disk | [`ConcentricDisk`], [`PolarDisk`] | |
-//! | the same bits in eight lanes | [`FrameLanes`], [`f32_from_u32_lanes`], [`power_heuristic_lanes`], [`sin_cos_turns_lanes`] | bit for bit |
+//! | the same bits in eight lanes | [`FrameLanes`], [`f32_from_u32_lanes`] | bit for bit |
+//! | | [`power_heuristic_lanes`], [`sin_cos_turns_lanes`] | bit for bit |
 //! | sine and cosine of turns, solid angles of triangles | [`sin_cos_turns`], [`triangle_solid_angle`] | |
 //! | the angle of a point in turns | [`turn_of`], [`turn_of_lanes`] | WGSL has the same polynomial |
 //! | any of those directions, and those of other crates | [`DirectionDistribution`], [`Oriented`], [`with_density`] | a sample's density is that of its direction, bit for bit |

@@ -4,7 +4,7 @@ use super::choice::roundest;
 use super::{Auto, AutoTask, Choice, MethodRequest, Trial};
 use lightshed_scene::glam::Vec3A;
 use lightshed_scene::{
-    ColorTexture, Geometry, Material, Rgb, Scene, ShapeDescription, SphereGeometry, builtin,
+    ColorTexture, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, SphereGeometry, builtin,
 };
 use std::sync::atomic::AtomicBool;
 
@@ -227,14 +227,8 @@ fn told_emitter_samples_are_judged_like_others() {
     assert!(several.short.error < 1.0, "{:?}", several.short);
 }
 
-/// Beside a ball of glass the outliers of shared paths are light that the glass throws, which no
-/// pixel shares with another. The pilot meets few of them.
-/// Planted fault: outliers that are not shared counted as shared ones.
-#[test]
-fn light_that_glass_throws_is_not_shared() {
-    let mut description = builtin::cornell();
-    (description.settings.width, description.settings.height) = (96, 96);
-    description.settings.max_depth = Some(3);
+/// Adds a ball of glass.
+fn add_glass_ball(description: &mut SceneDescription, center: [f32; 3], radius: f32) {
     description.materials.push(Material::Dielectric {
         eta: 1.5,
         roughness: None,
@@ -244,13 +238,24 @@ fn light_that_glass_throws_is_not_shared() {
     description.shapes.push(ShapeDescription {
         name: "ball".into(),
         geometry: Geometry::Sphere(SphereGeometry {
-            center: [0.3, -0.2, 0.4].into(),
-            radius: 0.3,
+            center: center.into(),
+            radius,
             flip_normals: false,
         }),
         material: description.materials.len() as u32 - 1,
         emission: None,
     });
+}
+
+/// Beside a ball of glass the outliers of shared paths are light that the glass throws, which no
+/// pixel shares with another. The pilot meets few of them.
+/// Planted fault: outliers that are not shared counted as shared ones.
+#[test]
+fn light_that_glass_throws_is_not_shared() {
+    let mut description = builtin::cornell();
+    (description.settings.width, description.settings.height) = (96, 96);
+    description.settings.max_depth = Some(3);
+    add_glass_ball(&mut description, [0.3, -0.2, 0.4], 0.3);
     let mut scene = Scene::new(&description).unwrap();
     let task = AutoTask::new([96, 96], 400);
     let choice = auto("auto").choose(&mut scene, &task, &AtomicBool::new(false));
@@ -268,22 +273,7 @@ fn frames_that_resample_are_taken_where_they_are_too_few_to_judge() {
         let mut description = builtin::corridor();
         (description.settings.width, description.settings.height) = (width, height);
         if is_smooth {
-            description.materials.push(Material::Dielectric {
-                eta: 1.5,
-                roughness: None,
-                specular_reflectance: ColorTexture::Constant(Rgb::ONE),
-                specular_transmittance: ColorTexture::Constant(Rgb::ONE),
-            });
-            description.shapes.push(ShapeDescription {
-                name: "bead".into(),
-                geometry: Geometry::Sphere(SphereGeometry {
-                    center: [0.0, 0.5, 0.0].into(),
-                    radius: 0.01,
-                    flip_normals: false,
-                }),
-                material: description.materials.len() as u32 - 1,
-                emission: None,
-            });
+            add_glass_ball(&mut description, [0.0, 0.5, 0.0], 0.01);
         }
         let mut scene = Scene::new(&description).unwrap();
         let choice = auto("auto").choose(
