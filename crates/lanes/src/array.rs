@@ -204,6 +204,29 @@ impl AnyLanes for ArrayLanes {
     fn less_equal(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a <= b)
     }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn flipped(self, flip: u32) -> Self {
+        Self(core::array::from_fn(|i| self.0[(i ^ flip as usize) % LANES]))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn compress(self, mask: u32) -> Self {
+        Self(crate::tables::COMPRESS[mask as usize & 255].map(|lane| self.0[lane as usize % LANES]))
+    }
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    fn least_of(self, mask: u32) -> Self {
+        let chosen = (0..LANES)
+            .filter(|lane| mask >> lane & 1 == 1)
+            .map(|lane| self.0[lane]);
+        Self(
+            [chosen.fold(
+                f32::INFINITY,
+                |least, value| if value < least { value } else { least },
+            ); LANES],
+        )
+    }
 }
 
 impl Lanes for ArrayLanes {
@@ -253,24 +276,6 @@ impl Lanes for ArrayLanes {
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn to_integers(self) -> ArrayWords {
         ArrayWords(self.0.map(|value| value as u32))
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn compress(self, mask: u32, flip: u32) -> Self {
-        Self(crate::tables::COMPRESS[mask as usize & 255].map(|bit| self.0[(bit ^ flip) as usize & 7]))
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn least_of(self, mask: u32) -> Self {
-        let chosen = (0..LANES)
-            .filter(|lane| mask >> lane & 1 == 1)
-            .map(|lane| self.0[lane]);
-        Self(
-            [chosen.fold(
-                f32::INFINITY,
-                |least, value| if value < least { value } else { least },
-            ); LANES],
-        )
     }
     #[inline(always)]
     fn first(self) -> f32 {

@@ -73,7 +73,7 @@ impl Column {
     /// most the capacity.
     #[inline(always)]
     pub fn store_compressed<L: Lanes>(&mut self, place: usize, values: L, mask: u32) {
-        self.store(place, values.compress(mask, 0));
+        self.store(place, values.compress(mask));
     }
 
     /// [`Column::store_compressed`] of words.

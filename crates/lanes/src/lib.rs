@@ -5,8 +5,7 @@
 //! and run on any machine, AVX2, and AVX-512 for kernels that ask for it ([`LaneKernel::HOT`]),
 //! chosen at run time. All give the same bits: no operation is contracted, approximate or
 //! reordered, so tests can compare code in lanes with scalar code bit for bit. Loops over many
-//! things can take the longest lanes there are ([`Lanes::Long`]). [`flip_mask`] reorders the bits
-//! of a mask as [`Lanes::compress`] reorders lanes.
+//! things can take the longest lanes there are ([`Lanes::Long`]).
 //!
 //! ```
 //! use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
@@ -57,7 +56,6 @@ pub use choice::LaneChoice;
 pub use column::Column;
 pub use kernel::LaneKernel;
 pub use prefetch::{prefetch, prefetch_line};
-pub use tables::flip_mask;
 pub use vector::Vec3Lanes;
 
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -185,6 +183,14 @@ pub trait AnyLanes:
     fn less(self, other: Self) -> Self::Mask;
     /// Where `self` is at most `other` (false for NaN).
     fn less_equal(self, other: Self) -> Self::Mask;
+    /// Lane `i` is lane `i ^ flip`, `flip` less than [`COUNT`](Self::COUNT).
+    fn flipped(self, flip: u32) -> Self;
+    /// The lanes of the set bits of `mask`, moved to the front in their order. What follows them is
+    /// unspecified.
+    fn compress(self, mask: u32) -> Self;
+    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes;
+    /// ∞ if there is none.
+    fn least_of(self, mask: u32) -> Self;
 }
 
 /// Eight `f32` values, and what can be done with eight of them beyond arithmetic.
@@ -218,12 +224,6 @@ pub trait Lanes: AnyLanes {
     /// Values from 0 up to, but not including, 2³¹, rounded toward zero; unspecified for other
     /// values.
     fn to_integers(self) -> Self::Words;
-    /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i`
-    /// stands for lane `i ^ flip`, `flip < 8`. What follows them is unspecified.
-    fn compress(self, mask: u32, flip: u32) -> Self;
-    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes;
-    /// ∞ if there is none.
-    fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;
     /// Lane `index`, modulo 8.

@@ -300,41 +300,61 @@ fn lanes_have_names() {
     }
 }
 
-/// Moves among lanes, for every mask and flip.
+/// Moves among lanes: flipped, compressed, and the least, as eight lanes and as the longest.
 struct Moves {
-    values: [f32; LANES],
+    values: [f32; MOST_LANES],
     mask: u32,
     flip: u32,
 }
 
-impl LaneKernel for Moves {
-    const HOT: bool = true;
-    type Output = ([f32; LANES], [f32; LANES]);
-
+impl Moves {
+    /// Rows of the first lanes.
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        let values = L::load(&self.values);
-        (
-            values.compress(self.mask, self.flip).store(),
-            values.least_of(self.mask).store(),
-        )
+    fn run_on<L: AnyLanes>(&self) -> (usize, [[f32; MOST_LANES]; 3]) {
+        let mask = self.mask & (u32::MAX >> (32 - L::COUNT));
+        let values = L::read(&self.values.map(f32::to_bits));
+        let moved = [
+            values.flipped(self.flip % L::COUNT as u32),
+            values.compress(mask),
+            values.least_of(mask),
+        ];
+        let mut rows = [[0; MOST_LANES]; 3];
+        for (row, moved) in rows.iter_mut().zip(moved) {
+            moved.write(row);
+        }
+        (L::COUNT, rows.map(|row| row.map(f32::from_bits)))
     }
 }
 
+impl LaneKernel for Moves {
+    const HOT: bool = true;
+    type Output = [(usize, [[f32; MOST_LANES]; 3]); 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        [self.run_on::<L>(), self.run_on::<L::Long>()]
+    }
+}
+
+/// Every mask of eight lanes with every flip, and of sixteen with some.
 #[test]
-fn compressions_keep_the_chosen_lanes_in_order() {
-    let values = [5.0, -1.0, 3.0, 9.0, -7.0, 0.5, 2.0, 4.0];
+fn moves_keep_the_chosen_lanes_in_order() {
+    let values = [
+        5.0, -1.0, 3.0, 9.0, -7.0, 0.5, 2.0, 4.0, 8.0, -2.5, 6.0, -9.0, 1.0, 7.5, -0.25, 3.5,
+    ];
     for choice in LaneChoice::all() {
-        for mask in 0..256 {
-            for flip in 0..8 {
-                let (compressed, least) = choice.run(Moves { values, mask, flip });
-                let set = (0..8u32).filter(|bit| mask >> bit & 1 == 1);
-                let chosen: Vec<f32> = set.clone().map(|bit| values[(bit ^ flip) as usize]).collect();
-                assert_eq!(compressed[..chosen.len()], chosen[..]);
-                let smallest = set.map(|bit| values[bit as usize]).fold(f32::INFINITY, f32::min);
-                assert_eq!(least, [smallest; LANES]);
-                let flipped = (0..8u32).fold(0, |bits, bit| bits | (mask >> bit & 1) << (bit ^ flip));
-                assert_eq!(flip_mask(mask, flip), flipped);
+        for case in 0..8_192u32 {
+            // The lower half counts on, and the upper one changes with it.
+            let (mask, flip) = ((case * 40_503) & 0xff00 | case & 0xff, case / 256 % 16);
+            for (count, [flipped, compressed, least]) in choice.run(Moves { values, mask, flip }) {
+                for lane in 0..count {
+                    assert_eq!(flipped[lane], values[lane ^ (flip as usize % count)]);
+                }
+                let set = (0..count).filter(|lane| mask >> lane & 1 == 1);
+                let chosen: Vec<f32> = set.map(|lane| values[lane]).collect();
+                assert_eq!(compressed[..chosen.len()], chosen[..], "{choice:?}: {mask:b}");
+                let smallest = chosen.iter().copied().fold(f32::INFINITY, f32::min);
+                assert_eq!(least[..count], vec![smallest; count], "{choice:?}: {mask:b}");
             }
         }
     }

@@ -88,12 +88,9 @@ impl Instructions for Avx2 {
         unsafe { _mm256_blendv_ps(other, chosen, mask.0) }
     }
     #[inline(always)]
-    fn compress(values: __m256, mask: u32, flip: u32) -> __m256 {
-        let bits = crate::tables::COMPRESS[mask as usize & 255].as_ptr();
-        unsafe {
-            let lanes = _mm256_xor_si256(_mm256_loadu_si256(bits.cast()), _mm256_set1_epi32(flip as i32));
-            _mm256_permutevar8x32_ps(values, lanes)
-        }
+    fn compress(values: __m256, mask: u32) -> __m256 {
+        let lanes = crate::tables::COMPRESS[mask as usize & 255].as_ptr();
+        unsafe { _mm256_permutevar8x32_ps(values, _mm256_loadu_si256(lanes.cast())) }
     }
     #[inline(always)]
     fn rotate<const LEFT: i32, const RIGHT: i32>(words: __m256i) -> __m256i {

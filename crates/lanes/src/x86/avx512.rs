@@ -53,14 +53,8 @@ impl Instructions for Avx512 {
         unsafe { _mm256_mask_blend_ps(mask.0, other, chosen) }
     }
     #[inline(always)]
-    fn compress(values: __m256, mask: u32, flip: u32) -> __m256 {
-        unsafe {
-            let lanes = _mm256_xor_si256(
-                _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7),
-                _mm256_set1_epi32(flip as i32),
-            );
-            _mm256_maskz_compress_ps(mask as u8, _mm256_permutexvar_ps(lanes, values))
-        }
+    fn compress(values: __m256, mask: u32) -> __m256 {
+        unsafe { _mm256_maskz_compress_ps(mask as u8, values) }
     }
     #[inline(always)]
     fn rotate<const LEFT: i32, const RIGHT: i32>(words: __m256i) -> __m256i {

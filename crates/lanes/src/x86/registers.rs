@@ -13,7 +13,7 @@ pub trait Instructions: Copy {
     type Long: AnyLanes;
     fn compare<const OPERATION: i32>(a: __m256, b: __m256) -> Self::Mask;
     fn select(mask: Self::Mask, chosen: __m256, other: __m256) -> __m256;
-    fn compress(values: __m256, mask: u32, flip: u32) -> __m256;
+    fn compress(values: __m256, mask: u32) -> __m256;
     fn rotate<const LEFT: i32, const RIGHT: i32>(words: __m256i) -> __m256i;
     fn count_at_most(values: __m256, bound: f64) -> usize;
 }
@@ -193,6 +193,27 @@ impl<I: Instructions> AnyLanes for Registers<I> {
     fn less_equal(self, other: Self) -> I::Mask {
         I::compare::<_CMP_LE_OQ>(self.0, other.0)
     }
+    #[inline(always)]
+    fn flipped(self, flip: u32) -> Self {
+        lanes(unsafe {
+            let places = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let places = _mm256_xor_si256(places, _mm256_set1_epi32(flip as i32));
+            _mm256_permutevar8x32_ps(self.0, places)
+        })
+    }
+    #[inline(always)]
+    fn compress(self, mask: u32) -> Self {
+        lanes(I::compress(self.0, mask))
+    }
+    #[inline(always)]
+    fn least_of(self, mask: u32) -> Self {
+        lanes(unsafe {
+            let values = I::select(I::Mask::from_bits(mask), self.0, _mm256_set1_ps(f32::INFINITY));
+            let halves = _mm256_min_ps(values, _mm256_permute2f128_ps::<1>(values, values));
+            let pairs = _mm256_min_ps(halves, _mm256_shuffle_ps::<0b01_00_11_10>(halves, halves));
+            _mm256_min_ps(pairs, _mm256_shuffle_ps::<0b10_11_00_01>(pairs, pairs))
+        })
+    }
 }
 
 impl<I: Instructions> Lanes for Registers<I> {
@@ -267,19 +288,6 @@ impl<I: Instructions> Lanes for Registers<I> {
     #[inline(always)]
     fn to_integers(self) -> Words<I> {
         words(unsafe { _mm256_cvttps_epi32(self.0) })
-    }
-    #[inline(always)]
-    fn compress(self, mask: u32, flip: u32) -> Self {
-        lanes(I::compress(self.0, mask, flip))
-    }
-    #[inline(always)]
-    fn least_of(self, mask: u32) -> Self {
-        lanes(unsafe {
-            let values = I::select(I::Mask::from_bits(mask), self.0, _mm256_set1_ps(f32::INFINITY));
-            let halves = _mm256_min_ps(values, _mm256_permute2f128_ps::<1>(values, values));
-            let pairs = _mm256_min_ps(halves, _mm256_shuffle_ps::<0b01_00_11_10>(halves, halves));
-            _mm256_min_ps(pairs, _mm256_shuffle_ps::<0b10_11_00_01>(pairs, pairs))
-        })
     }
     #[inline(always)]
     fn first(self) -> f32 {

@@ -133,4 +133,29 @@ impl AnyLanes for Sixteen {
     fn less_equal(self, other: Self) -> SixteenMask {
         SixteenMask(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) })
     }
+    #[inline(always)]
+    fn flipped(self, flip: u32) -> Self {
+        Self(unsafe {
+            let places = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let places = _mm512_xor_si512(places, _mm512_set1_epi32(flip as i32));
+            _mm512_permutexvar_ps(places, self.0)
+        })
+    }
+    #[inline(always)]
+    fn compress(self, mask: u32) -> Self {
+        Self(unsafe { _mm512_maskz_compress_ps(mask as u16, self.0) })
+    }
+    #[inline(always)]
+    fn least_of(self, mask: u32) -> Self {
+        Self(unsafe {
+            let values = _mm512_mask_blend_ps(mask as u16, _mm512_set1_ps(f32::INFINITY), self.0);
+            let halves = _mm512_shuffle_f32x4::<0b01_00_11_10>(values, values);
+            let halves = _mm512_min_ps(values, halves);
+            let quarters = _mm512_shuffle_f32x4::<0b10_11_00_01>(halves, halves);
+            let quarters = _mm512_min_ps(halves, quarters);
+            let pairs = _mm512_permute_ps::<0b01_00_11_10>(quarters);
+            let pairs = _mm512_min_ps(quarters, pairs);
+            _mm512_min_ps(pairs, _mm512_permute_ps::<0b10_11_00_01>(pairs))
+        })
+    }
 }

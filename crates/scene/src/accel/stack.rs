@@ -1,22 +1,22 @@
-//! The traversal's stack: fixed, uninitialised until written, filled eight entries at a time.
+//! The traversal's stack: fixed, uninitialised until written, filled a row of lanes at a time.
 //!
 //! The crate's only module with `unsafe` code: clearing the stacks of the rays in flight for every
 //! batch took 4 % of a render of the Cornell box.
 #![allow(unsafe_code)]
 
 use core::mem::MaybeUninit;
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{AnyLanes, MOST_LANES};
 
 /// Entries that a traversal may hold at once.
 pub const STACK_CAPACITY: usize = 256;
 
 /// Room for a whole row of lanes above the last entry.
-const ROOM: usize = STACK_CAPACITY + 8;
+const ROOM: usize = STACK_CAPACITY + MOST_LANES;
 
 /// Memory of a [`Stack`]. Apart from its length, so that making one costs nothing.
 pub struct StackMemory {
     /// Child references, as bits.
-    children: [MaybeUninit<f32>; ROOM],
+    children: [MaybeUninit<u32>; ROOM],
     entered: [MaybeUninit<f32>; ROOM],
 }
 
@@ -51,21 +51,25 @@ impl<'a> Stack<'a> {
         self.len = 0;
     }
 
-    /// Puts the children of the set bits of `mask` on top, in the order of the bits; bit `i` stands
-    /// for lane `i ^ flip`.
+    /// Puts the children of the set bits of `mask` on top, in the order of the bits.
     #[inline(always)]
-    pub fn push<L: Lanes>(&mut self, children: L, entered: L, mask: u32, flip: u32) {
+    pub fn push<M: AnyLanes>(&mut self, children: M, entered: M, mask: u32) {
         assert!(
             self.len <= STACK_CAPACITY,
             "the tree is deeper than its builder allows"
         );
-        // SAFETY: `len + 8 <= ROOM`, so the row lies within the arrays; writing a row initialises
-        // it, whatever was there.
+        let (mut first, mut second) = ([0; MOST_LANES], [0; MOST_LANES]);
+        children.compress(mask).write(&mut first);
+        entered.compress(mask).write(&mut second);
+        // SAFETY: `M::COUNT <= MOST_LANES` and `len + MOST_LANES <= ROOM`, so the rows lie within
+        // the arrays; a copy initialises them, whatever was there.
         unsafe {
-            let row = self.memory.children.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
-            row.write(children.compress(mask, flip).store());
-            let row = self.memory.entered.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
-            row.write(entered.compress(mask, flip).store());
+            let row = self.memory.children.as_mut_ptr().add(self.len);
+            row.cast::<u32>()
+                .copy_from_nonoverlapping(first.as_ptr(), M::COUNT);
+            let row = self.memory.entered.as_mut_ptr().add(self.len);
+            row.cast::<u32>()
+                .copy_from_nonoverlapping(second.as_ptr(), M::COUNT);
         }
         self.len += mask.count_ones() as usize;
     }
@@ -80,9 +84,8 @@ impl<'a> Stack<'a> {
         // SAFETY: all entries below the old `len` have been written by `push` since `len` was last
         // zero, and `len` never exceeds the capacity by more than a row.
         unsafe {
-            let child = self.memory.children.get_unchecked(self.len).assume_init();
             Some((
-                child.to_bits(),
+                self.memory.children.get_unchecked(self.len).assume_init(),
                 self.memory.entered.get_unchecked(self.len).assume_init(),
             ))
         }

@@ -1,6 +1,7 @@
 //! Every tree against brute force, and the guarantees of the wide one.
 
 use super::*;
+use lightshed_lanes::LaneChoice;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -253,15 +254,24 @@ fn rays_do_not_hit_the_needle_that_they_leave() {
 fn lanes_give_the_same_bits() {
     let mut rng = Pcg64Mcg::seed_from_u64(3);
     let triangles = soup(&mut rng, 3_000, 0.1);
-    let Tree::Wide(best) = Accelerator::build(&triangles, &[], AcceleratorKind::Wide, Preset::Medium).tree
-    else {
-        unreachable!("the wide tree was asked for")
-    };
-    let array = best.clone().on_array_lanes();
+    let trees: Vec<WideBvh> = LaneChoice::all()
+        .into_iter()
+        .map(|lanes| {
+            let primitives = Primitives {
+                triangles: &triangles,
+                spheres: &[],
+                instances: Instances::default(),
+            };
+            let tree = Bvh::build(&triangles, Preset::Medium.options()).unwrap();
+            wide::build_for(lanes, tree, &triangles, primitives)
+        })
+        .collect();
     for _ in 0..20_000 {
         let ray = random_ray(&mut rng, 0.15);
-        assert_eq!(best.intersect(&ray), array.intersect(&ray));
-        assert_eq!(best.occluded(&ray), array.occluded(&ray));
+        for tree in &trees[1..] {
+            assert_eq!(tree.intersect(&ray), trees[0].intersect(&ray));
+            assert_eq!(tree.occluded(&ray), trees[0].occluded(&ray));
+        }
     }
 }
 

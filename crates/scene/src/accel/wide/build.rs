@@ -1,11 +1,12 @@
-//! Collapses a binary tree into one with eight children a node, at the least expected cost.
+//! Collapses a binary tree into one with eight or sixteen children a node, at the least expected
+//! cost.
 //!
 //! The surface area heuristic's cost of a subtree `n` if it becomes at most `i` children of some
-//! node:
+//! node, of which a node has `w`:
 //!
 //! ```text
 //! C(n, 1) = min( A(n) · c_leaf            if n has at most 8 triangles,
-//!                A(n) · c_node + D(n, 8) )
+//!                A(n) · c_node + D(n, w) )
 //! C(n, i) = min( D(n, i), C(n, i−1) )
 //! D(n, j) = min over 0 < k < j of C(left, k) + C(right, j−k)
 //! ```
@@ -15,13 +16,16 @@
 //! tree's own leaf costs.
 
 use super::node::{Child, ChildKind, Node};
-use super::{Primitives, WideBvh};
+use super::row::{Eight, Row, Sixteen};
+use super::{Nodes, Primitives, WideBvh};
 use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
 use crate::accel::triangle::doubtful_reach;
+use glam::Vec3;
 use lightshed_bvh::{Bvh, Node as BinaryNode, Primitive};
+use lightshed_lanes::{AnyLanes, LaneChoice, LaneKernel, Lanes, use_huge_pages};
 
-/// Cost of testing eight boxes, and of testing a block of eight triangles or a sphere; only their
+/// Cost of testing the boxes of a node, and of testing a block of eight triangles or a sphere; only their
 /// ratio counts.
 const COST_NODE: f32 = 1.0;
 const COST_LEAF: f32 = 1.2;
@@ -29,18 +33,22 @@ const COST_LEAF: f32 = 1.2;
 /// Triangles in a block.
 const LEAF_TRIANGLES: usize = 8;
 
-/// Deepest tree that the traversal's stack can hold: each level leaves at most seven siblings
-/// behind.
-const MAX_DEPTH: usize = (STACK_CAPACITY - 1) / 7;
+/// Deepest tree that the traversal's stack can hold: each level leaves all siblings but one behind.
+const fn max_depth<R: Row>() -> usize {
+    (STACK_CAPACITY - 1) / (R::COUNT - 1)
+}
+
+/// Most children that a subtree of a node can become.
+const MOST: usize = Sixteen::COUNT - 1;
 
 /// Costs of a subtree that is to become at most `i + 1` children, `i` the index.
-type Costs = [f32; 7];
+type Costs = [f32; MOST];
 
 /// How a subtree is best turned into at most `i` children: four bits for each number, which tell
 /// how many of them are given to the left subtree. 0 where one child fewer is as good; for `i = 1`,
-/// 0 for a leaf, else the left's share of the eight.
+/// 0 for a leaf, else the left's share of a node's children.
 #[derive(Clone, Copy, Default)]
-struct Shares(u32);
+struct Shares(u64);
 
 impl Shares {
     #[inline(always)]
@@ -49,12 +57,13 @@ impl Shares {
     }
 
     #[inline(always)]
-    fn set(&mut self, children: usize, share: u32) {
+    fn set(&mut self, children: usize, share: u64) {
         self.0 |= share << (4 * children);
     }
 }
 
-fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
+fn plan<R: Row>(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
+    let most = R::COUNT - 1;
     let mut plans = vec![Shares::default(); tree.nodes().len()];
     // From the last node to the first; the subtrees of a node are the last that were finished, the
     // left one on top.
@@ -69,7 +78,7 @@ fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
             f32::INFINITY
         };
         if node.is_leaf() {
-            finished.push([leaf; 7]);
+            finished.push([leaf; MOST]);
             continue;
         }
         let (Some(left), Some(right)) = (finished.pop(), finished.pop()) else {
@@ -78,24 +87,30 @@ fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
         // Cost and left share of the best split of `children` between the two subtrees.
         let split = |children: usize| {
             let mut best = (f32::INFINITY, 1);
-            for share in children.saturating_sub(7).max(1)..=(children - 1).min(7) {
+            for share in children.saturating_sub(most).max(1)..=(children - 1).min(most) {
                 let cost = left[share - 1] + right[children - share - 1];
                 if cost < best.0 {
-                    best = (cost, share as u32);
+                    best = (cost, share as u64);
                 }
             }
             best
         };
         let (mut costs, mut shares) = (Costs::default(), Shares::default());
-        let (inner, share) = split(8);
+        // More children than primitives are no use.
+        let count = node.count as usize;
+        let (inner, share) = split(R::COUNT.min(count));
         let inner = inner + area * COST_NODE;
         // Areas of boxes beyond 10¹⁹ overflow, so that costs tell nothing.
         let becomes_leaf = can_be_leaf && leaf <= inner;
         costs[0] = if becomes_leaf { leaf } else { inner };
         shares.set(1, if becomes_leaf { 0 } else { share });
-        for children in 2..=7 {
-            let (cost, share) = split(children);
+        for children in 2..=most {
             let fewer = costs[children - 2];
+            if children > count {
+                costs[children - 1] = fewer;
+                continue;
+            }
+            let (cost, share) = split(children);
             costs[children - 1] = if fewer <= cost { fewer } else { cost };
             shares.set(children, if fewer <= cost { 0 } else { share });
         }
@@ -118,19 +133,19 @@ fn can_be_leaf(tree: &Bvh, node: &BinaryNode, primitives: &Primitives) -> bool {
 }
 
 /// Turns the planned tree into nodes and leaves.
-struct Emitter<'a> {
+struct Emitter<'a, R> {
     tree: &'a Bvh,
     plans: &'a [Shares],
     primitives: &'a Primitives<'a>,
-    nodes: Vec<Node>,
+    nodes: Vec<Node<R>>,
     blocks: Vec<TriangleBlock>,
     depth: usize,
 }
 
-impl Emitter<'_> {
+impl<R: Row> Emitter<'_, R> {
     /// The subtrees that become the children of the wide node for `root`.
-    fn children_of(&self, root: u32) -> ([u32; 8], usize) {
-        let (mut children, mut count) = ([0; 8], 0);
+    fn children_of(&self, root: u32) -> ([u32; Sixteen::COUNT], usize) {
+        let (mut children, mut count) = ([0; Sixteen::COUNT], 0);
         let Some([left, right]) = self.tree.children(root as usize) else {
             children[0] = root;
             return (children, 1);
@@ -141,7 +156,7 @@ impl Emitter<'_> {
             children[0] = root;
             return (children, 1);
         }
-        let mut stack = vec![(right as u32, 8 - share), (left as u32, share)];
+        let mut stack = vec![(right as u32, R::COUNT - share), (left as u32, share)];
         while let Some((node, mut budget)) = stack.pop() {
             let plan = self.plans[node as usize];
             while budget > 1 && plan.of(budget) == 0 {
@@ -163,17 +178,21 @@ impl Emitter<'_> {
     }
 
     /// Assigns each child a slot by its position, see [`Node`]: the child with the strongest
-    /// preference takes its slot first.
-    fn slots(&self, root: u32, children: &[u32]) -> [usize; 8] {
+    /// preference for an octant takes its place first. An octant has as many places as fit.
+    fn slots(&self, root: u32, children: &[u32]) -> [usize; Sixteen::COUNT] {
+        let room = R::COUNT / 8;
         let center = |node: u32| self.tree.nodes()[node as usize].bounds().center();
         let middle = center(root);
-        // The preference of each child for each slot.
-        let mut wishes = [[0.0f32; 8]; 8];
-        for (wishes, &child) in wishes.iter_mut().zip(children) {
-            let offset = center(child) - middle;
-            for (slot, wish) in wishes.iter_mut().enumerate() {
+        let mut offsets = [Vec3::ZERO; Sixteen::COUNT];
+        for (offset, &child) in offsets.iter_mut().zip(children) {
+            *offset = center(child) - middle;
+        }
+        // The preference of each child for each octant.
+        let mut wishes = [[0.0f32; 8]; Sixteen::COUNT];
+        for (wishes, offset) in wishes.iter_mut().zip(&offsets) {
+            for (octant, wish) in wishes.iter_mut().enumerate() {
                 let towards = |axis: usize| {
-                    if slot >> axis & 1 == 1 {
+                    if octant >> axis & 1 == 1 {
                         offset[axis]
                     } else {
                         -offset[axis]
@@ -182,22 +201,32 @@ impl Emitter<'_> {
                 *wish = towards(0) + towards(1) + towards(2);
             }
         }
-        let mut slots = [0; 8];
-        let (mut placed, mut taken) = ([false; 8], [false; 8]);
+        let mut slots = [0; Sixteen::COUNT];
+        let (mut placed, mut taken) = ([false; Sixteen::COUNT], [[None; 2]; 8]);
         for _ in children {
             let mut best = (f32::NEG_INFINITY, 0, 0);
             for (place, wishes) in wishes[..children.len()].iter().enumerate() {
-                for (slot, &wish) in wishes.iter().enumerate() {
-                    // NaN cannot win; if all preferences are lost to overflow, the first free slot
+                for (octant, &wish) in wishes.iter().enumerate() {
+                    // NaN cannot win; if all preferences are lost to overflow, the first free place
                     // is taken.
                     let better = wish > best.0 || best.0 == f32::NEG_INFINITY;
-                    if !placed[place] && !taken[slot] && better {
-                        best = (wish, place, slot);
+                    if !placed[place] && taken[octant][room - 1].is_none() && better {
+                        best = (wish, place, octant);
                     }
                 }
             }
-            (placed[best.1], taken[best.2]) = (true, true);
-            slots[best.1] = best.2;
+            let (_, place, octant) = best;
+            placed[place] = true;
+            slots[place] = octant * room;
+            match taken[octant][0] {
+                None => taken[octant][0] = Some(place),
+                // The farther one along (1, 1, 1) comes last.
+                Some(other) => {
+                    taken[octant][1] = Some(place);
+                    let farther = offsets[place].element_sum() > offsets[other].element_sum();
+                    slots[if farther { place } else { other }] += 1;
+                }
+            }
         }
         slots
     }
@@ -251,7 +280,7 @@ impl Emitter<'_> {
     }
 }
 
-fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) -> Emitter<'a> {
+fn collapse<'a, R: Row>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) -> Emitter<'a, R> {
     let mut emitter = Emitter {
         tree,
         plans,
@@ -265,28 +294,83 @@ fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) 
     emitter
 }
 
-/// Collapses `tree`, which was built over `shapes` (triangles, spheres, then instances, at least
-/// one).
-pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: Primitives) -> WideBvh {
-    let first_sphere = primitives.triangles.len() as u32;
-    let reach = doubtful_reach(tree.nodes()[0].min, tree.nodes()[0].max);
-    let plans = plan(&tree, &primitives);
-    let mut emitted = collapse(&tree, &plans, &primitives);
-    // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too
-    // deep to traverse.
-    let (balanced, plans);
-    if emitted.depth > MAX_DEPTH {
-        balanced = Bvh::balanced(shapes).unwrap_or_default();
-        plans = plan(&balanced, &primitives);
-        emitted = collapse(&balanced, &plans, &primitives);
+/// How many lanes are read at once at most.
+struct Longest;
+
+impl LaneKernel for Longest {
+    const HOT: bool = true;
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        L::Long::COUNT
     }
-    let (nodes, blocks) = (emitted.nodes, emitted.blocks);
-    WideBvh::from_parts(
+}
+
+/// Nodes and leaves of a collapsed tree of at most `deepest` levels.
+fn collapsed<R: Row>(
+    tree: &Bvh,
+    primitives: &Primitives,
+    deepest: usize,
+) -> Option<(Vec<Node<R>>, Vec<TriangleBlock>)> {
+    let plans = plan::<R>(tree, primitives);
+    let Emitter {
+        nodes, blocks, depth, ..
+    } = collapse(tree, &plans, primitives);
+    (depth <= deepest).then(|| {
+        use_huge_pages(&nodes);
+        use_huge_pages(&blocks);
+        (nodes, blocks)
+    })
+}
+
+/// Levels that trees of sixteen and of eight children may have.
+const DEEPEST: [usize; 2] = [max_depth::<Sixteen>(), max_depth::<Eight>()];
+
+/// Nodes of as many children as `lanes` test at once, and leaves. A tree that is too deep with
+/// sixteen children has eight, and one that is too deep with eight is balanced.
+pub(super) fn nodes_for<P: Primitive>(
+    lanes: LaneChoice,
+    tree: &Bvh,
+    shapes: &[P],
+    primitives: &Primitives,
+    deepest: [usize; 2],
+) -> (Nodes, Vec<TriangleBlock>) {
+    if lanes.run(Longest) == Sixteen::COUNT
+        && let Some((nodes, blocks)) = collapsed(tree, primitives, deepest[0])
+    {
+        return (Nodes::Sixteen(nodes), blocks);
+    }
+    let (nodes, blocks) = collapsed(tree, primitives, deepest[1]).unwrap_or_else(|| {
+        // Input on which the heuristic's tree degenerates (a million equal triangles, say). A
+        // balanced one is never too deep.
+        let balanced = Bvh::balanced(shapes).unwrap_or_default();
+        collapsed(&balanced, primitives, usize::MAX).unwrap_or_default()
+    });
+    (Nodes::Eight(nodes), blocks)
+}
+
+/// Collapses `tree`, which was built over `shapes` (triangles, spheres, then instances, at least
+/// one), for the lanes of this machine.
+pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: Primitives) -> WideBvh {
+    build_for(LaneChoice::best(), tree, shapes, primitives)
+}
+
+/// [`build`] for given lanes.
+pub fn build_for<P: Primitive>(
+    lanes: LaneChoice,
+    tree: Bvh,
+    shapes: &[P],
+    primitives: Primitives,
+) -> WideBvh {
+    let (nodes, blocks) = nodes_for(lanes, &tree, shapes, &primitives, DEEPEST);
+    WideBvh {
         nodes,
         blocks,
-        primitives.spheres.to_vec(),
-        first_sphere,
-        primitives.instances,
-        reach,
-    )
+        spheres: primitives.spheres.to_vec(),
+        first_sphere: primitives.triangles.len() as u32,
+        instances: primitives.instances,
+        reach: doubtful_reach(tree.nodes()[0].min, tree.nodes()[0].max),
+        lanes,
+    }
 }

@@ -1,24 +1,34 @@
-//! A tree with eight children a node and watertight tests of eight triangles at a time. Rays of a
+//! A tree with eight or sixteen children a node, by how many boxes the machine tests at once, and
+//! watertight tests of eight triangles at a time. Rays of a
 //! batch that all go one way are traced side by side, others several in flight.
 
 mod build;
+mod in_flight;
 mod instances;
 mod node;
 mod packet;
 mod packet_traversal;
+mod query;
+mod rays;
+mod row;
 mod traverse;
 
+#[cfg(test)]
+mod build_tests;
 #[cfg(test)]
 mod packet_tests;
 
 pub use build::build;
+#[cfg(test)]
+pub use build::build_for;
 pub use instances::{Instances, Placed};
 pub use traverse::FAR_WIDENING;
 
 use super::block::TriangleBlock;
 use super::sphere::Sphere;
-use lightshed_lanes::use_huge_pages;
+use lightshed_lanes::{AnyLanes, Lanes};
 use node::Node;
+use row::{Eight, Row, Sixteen};
 
 /// What a tree is built over.
 pub struct Primitives<'a> {
@@ -33,7 +43,7 @@ pub struct Primitives<'a> {
 /// The tree. Not empty.
 #[derive(Clone, Debug)]
 pub struct WideBvh {
-    nodes: Vec<Node>,
+    nodes: Nodes,
     blocks: Vec<TriangleBlock>,
     spheres: Vec<Sphere>,
     /// Primitive index of the first sphere.
@@ -44,40 +54,63 @@ pub struct WideBvh {
     lanes: lightshed_lanes::LaneChoice,
 }
 
-impl WideBvh {
-    fn from_parts(
-        nodes: Vec<Node>,
-        blocks: Vec<TriangleBlock>,
-        spheres: Vec<Sphere>,
-        first_sphere: u32,
-        instances: Instances,
-        reach: f32,
-    ) -> Self {
-        use_huge_pages(&nodes);
-        use_huge_pages(&blocks);
-        Self {
-            nodes,
-            blocks,
-            spheres,
-            first_sphere,
-            instances,
-            reach,
-            lanes: lightshed_lanes::LaneChoice::best(),
+/// The nodes of a tree.
+#[derive(Clone, Debug)]
+enum Nodes {
+    Eight(Vec<Node<Eight>>),
+    /// Only on lanes of which sixteen are read at once.
+    Sixteen(Vec<Node<Sixteen>>),
+}
+
+/// What is done with the nodes of either kind.
+trait Walk {
+    type Output;
+    /// `M` are as many lanes as a row of `R` is long.
+    fn walk<L: Lanes, M: AnyLanes, R: Row>(self, nodes: &[Node<R>]) -> Self::Output;
+}
+
+impl Nodes {
+    /// Does it with these.
+    #[inline(always)]
+    fn walk<L: Lanes, W: Walk>(&self, walk: W) -> W::Output {
+        match self.sixteen() {
+            // Known when this is compiled: no code is made for lanes that are not sixteen.
+            Some(nodes) if L::Long::COUNT == Sixteen::COUNT => walk.walk::<L, L::Long, _>(nodes),
+            _ => walk.walk::<L, L, _>(self.eight()),
         }
     }
 
+    #[inline(always)]
+    fn sixteen(&self) -> Option<&[Node<Sixteen>]> {
+        match self {
+            Self::Sixteen(nodes) => Some(nodes),
+            Self::Eight(_) => None,
+        }
+    }
+
+    /// Nodes of eight children; none if there are those of sixteen.
+    #[inline(always)]
+    fn eight(&self) -> &[Node<Eight>] {
+        match self {
+            Self::Eight(nodes) => nodes,
+            Self::Sixteen(_) => &[],
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Eight(nodes) => size_of_val(&nodes[..]),
+            Self::Sixteen(nodes) => size_of_val(&nodes[..]),
+        }
+    }
+}
+
+impl WideBvh {
     /// Bytes of the tree and the triangles in it.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
+        self.nodes.bytes()
             + size_of_val(&self.blocks[..])
             + size_of_val(&self.spheres[..])
             + self.instances.bytes()
-    }
-
-    /// The same tree on the lanes of the specification.
-    #[cfg(test)]
-    pub fn on_array_lanes(mut self) -> Self {
-        self.lanes = lightshed_lanes::LaneChoice::ARRAY;
-        self
     }
 }

@@ -1,7 +1,8 @@
-//! Nodes of the eight-wide tree.
+//! Nodes of the wide tree.
 
+use super::row::Row;
 use glam::Vec3;
-use lightshed_lanes::{LaneMask, Lanes};
+use lightshed_lanes::{AnyLanes, LaneMask};
 
 /// Reference to a child: a node, a block of triangles, a sphere, an instance, or nothing.
 ///
@@ -54,8 +55,8 @@ impl Child {
     /// Which of a node's children, read as values, are blocks of triangles: as values those are at
     /// least 2 (or NaN, beyond a thousand million blocks), nodes less, and others negative or NaN.
     #[inline(always)]
-    pub fn blocks<L: Lanes>(children: L) -> u32 {
-        L::splat(2.0).less_equal(children).bits()
+    pub fn blocks<M: AnyLanes>(children: M) -> u32 {
+        M::splat(2.0).less_equal(children).bits()
     }
 
     #[inline(always)]
@@ -64,43 +65,68 @@ impl Child {
     }
 }
 
-/// Eight children with their boxes, laid out so that bit `a` of a child's slot says whether it lies
-/// towards the positive side of axis `a`, as far as the children can be told apart so; a ray then
-/// meets them about in the order of their slots, exclusive-or the octant of its direction (Ylitie,
-/// Karras and Laine 2017 §3.2). One row of eight a bound: `bounds[axis]` has the least and the
+/// Children with their boxes, as many as a row is long, laid out so that the bits of a child's slot
+/// say on which sides of the node it lies, as far as the children can be told apart so; a ray then
+/// meets them about in the order of their slots, exclusive-or [`Row::flip`] of its direction
+/// (Ylitie, Karras and Laine 2017 §3.2). One row a bound: `bounds[axis]` has the least and the
 /// greatest coordinates.
 #[derive(Clone, Debug)]
-#[repr(C, align(32))]
-pub struct Node {
-    pub bounds: [[[f32; 8]; 2]; 3],
-    pub children: [Child; 8],
+#[repr(C)]
+pub struct Node<R> {
+    bounds: [[R; 2]; 3],
+    /// Each a [`Child`].
+    children: R,
 }
 
-const _: () = assert!(size_of::<Node>() == 224);
-
-impl Node {
+impl<R: Row> Node<R> {
     /// A node without children.
     pub fn empty() -> Self {
+        let [nowhere_from, nowhere_to] =
+            [f32::INFINITY, f32::NEG_INFINITY].map(|end| R::splat(end.to_bits()));
         Self {
-            bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
-            children: [Child::EMPTY; 8],
+            bounds: [[nowhere_from, nowhere_to]; 3],
+            children: R::splat(Child::EMPTY.0),
         }
     }
 
     /// Sets child `slot` with its box.
     pub fn set(&mut self, slot: usize, min: Vec3, max: Vec3, child: Child) {
         for axis in 0..3 {
-            self.bounds[axis][0][slot] = min[axis];
-            self.bounds[axis][1][slot] = max[axis];
+            self.bounds[axis][0].words_mut()[slot] = min[axis].to_bits();
+            self.bounds[axis][1].words_mut()[slot] = max[axis].to_bits();
         }
-        self.children[slot] = child;
+        self.children.words_mut()[slot] = child.0;
+    }
+
+    /// The child in a slot, taken modulo the number of slots.
+    #[inline(always)]
+    pub fn child(&self, slot: u32) -> Child {
+        Child(self.children.words()[slot as usize % R::COUNT])
+    }
+
+    /// All children, as bits.
+    #[inline(always)]
+    pub fn children<M: AnyLanes>(&self) -> M {
+        M::read(self.children.words())
+    }
+
+    /// A coordinate of all boxes: the greatest if `end` is 1, the least if it is 0.
+    #[inline(always)]
+    pub fn bound<M: AnyLanes>(&self, axis: usize, end: usize) -> M {
+        M::read(self.bounds[axis][end].words())
+    }
+
+    /// The same of the box in a slot, taken modulo the number of slots.
+    #[inline(always)]
+    pub fn bound_of(&self, axis: usize, end: usize, slot: u32) -> f32 {
+        f32::from_bits(self.bounds[axis][end].words()[slot as usize % R::COUNT])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightshed_lanes::{ArrayLanes, Lanes};
+    use lightshed_lanes::ArrayLanes;
 
     #[test]
     fn blocks_are_told_by_their_values() {
@@ -114,7 +140,7 @@ mod tests {
             Child::EMPTY,
             Child::new(ChildKind::Node, 5),
         ];
-        let children = ArrayLanes::load(bytemuck::cast_ref(&kinds));
+        let children = ArrayLanes::read(bytemuck::cast_slice(&kinds));
         assert_eq!(Child::blocks(children), 0b0000_1010);
     }
 }

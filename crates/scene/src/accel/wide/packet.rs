@@ -1,11 +1,12 @@
 //! Rays of about one direction, in lanes.
 
 use super::node::Node;
+use super::row::Row;
 use super::traverse::FAR_WIDENING;
 use crate::accel::batch::RayBatch;
 use crate::accel::block::TriangleBlock;
 use crate::accel::meeting::Meeting;
-use lightshed_lanes::{AnyLanes, Column, LaneMask, Lanes, MOST_LANES};
+use lightshed_lanes::{AnyLanes, Column, LaneMask, MOST_LANES};
 
 /// Rays of one octant of directions along one longest axis, as many lanes at a time as `M` has.
 ///
@@ -20,6 +21,8 @@ pub struct Packet<'a> {
     /// Axes permuted so that the last is the longest.
     axes: [usize; 3],
     /// Bit `a` says whether the rays go to the positive side of axis `a`.
+    octant: u32,
+    /// As in [`super::traverse::RayConstants`].
     pub flip: u32,
     /// The least and the greatest coordinate of an origin along each axis.
     origins: [[f32; 2]; 3],
@@ -64,8 +67,8 @@ impl<'a> Packet<'a> {
     /// their origins, directions and inverse directions are finite and their directions go along no
     /// coordinate plane.
     #[inline(always)]
-    pub fn new<M: AnyLanes>(rays: &'a RayBatch, count: usize) -> Option<Self> {
-        let [flip, axis] = Self::direction::<M>(rays, count)?;
+    pub fn new<M: AnyLanes, R: Row>(rays: &'a RayBatch, count: usize) -> Option<Self> {
+        let [octant, axis] = Self::direction::<M>(rays, count)?;
         let axes = [(axis as usize + 1) % 3, (axis as usize + 2) % 3, axis as usize];
         let (zero, infinite) = (M::splat(0.0), M::splat(f32::INFINITY));
         let mut inverse_direction = [const { Column::splat(0.0) }; 3];
@@ -108,7 +111,9 @@ impl<'a> Packet<'a> {
             inverse_direction,
             shear,
             axes,
-            flip,
+            octant,
+            // As far as the first ray goes along (1, 1, 1): any order will do.
+            flip: R::flip(octant, u32::from(rays.get(0).direction.element_sum() >= 0.0)),
             origins: [[0.0; 2]; 3],
             inverses: [[0.0; 2]; 3],
         };
@@ -180,32 +185,33 @@ impl<'a> Packet<'a> {
         (rays >> place) as u32 & all::<M>()
     }
 
-    /// Children that may be entered by some ray before `t_max`: all that are, and a few more.
+    /// Children that may be entered by some ray before `t_max`, in their order: all that are, and a
+    /// few more.
     ///
     /// Rounding is monotonic, so a value computed from the ends of two ranges is not beyond what
     /// any ray within them computes.
     #[inline(always)]
-    pub fn may_enter<L: Lanes>(&self, node: &Node, t_max: f32) -> u32 {
-        let (mut near, mut far) = (L::splat(0.0), L::splat(t_max));
+    pub fn may_enter<M: AnyLanes, R: Row>(&self, node: &Node<R>, t_max: f32) -> u32 {
+        let (mut near, mut far) = (M::splat(0.0), M::splat(t_max));
         for axis in 0..3 {
-            let forwards = (self.flip >> axis & 1) as usize;
+            let forwards = (self.octant >> axis & 1) as usize;
             let [low, high] = self.inverses[axis];
-            let (low, high) = (L::splat(low), L::splat(high));
+            let (low, high) = (M::splat(low), M::splat(high));
             // Origins that are farthest along, and farthest behind.
-            let ahead = L::splat(self.origins[axis][forwards]);
-            let behind = L::splat(self.origins[axis][forwards ^ 1]);
-            let to_near = L::load(&node.bounds[axis][forwards ^ 1]) - ahead;
-            let to_far = L::load(&node.bounds[axis][forwards]) - behind;
+            let ahead = M::splat(self.origins[axis][forwards]);
+            let behind = M::splat(self.origins[axis][forwards ^ 1]);
+            let to_near = node.bound::<M>(axis, forwards ^ 1) - ahead;
+            let to_far = node.bound::<M>(axis, forwards) - behind;
             near = (to_near * low).min(to_near * high).max(near);
             far = (to_far * low).max(to_far * high).min(far);
         }
-        near.less_equal(far * L::splat(FAR_WIDENING)).bits()
+        let far = far * M::splat(FAR_WIDENING);
+        near.flipped(self.flip).less_equal(far.flipped(self.flip)).bits()
     }
 
     /// Those of `rays` that enter the box of a child before their `t_max`.
     #[inline(always)]
-    pub fn enter<M: AnyLanes>(&self, node: &Node, slot: u32, t_max: &Column, rays: u64) -> u64 {
-        let slot = slot as usize % 8;
+    pub fn enter<M: AnyLanes, R: Row>(&self, node: &Node<R>, slot: u32, t_max: &Column, rays: u64) -> u64 {
         let mut entering = 0;
         let mut place = 0;
         while place < self.count {
@@ -213,10 +219,13 @@ impl<'a> Packet<'a> {
             if asked != 0 {
                 let (mut near, mut far) = (M::splat(0.0), t_max.read::<M>(place));
                 for axis in 0..3 {
-                    let forwards = (self.flip >> axis & 1) as usize;
+                    let forwards = (self.octant >> axis & 1) as usize;
                     let origin = self.rays.origin[axis].read::<M>(place);
                     let inverse = self.inverse_direction[axis].read::<M>(place);
-                    let [first, last] = [forwards ^ 1, forwards].map(|row| node.bounds[axis][row][slot]);
+                    let [first, last] = [
+                        node.bound_of(axis, forwards ^ 1, slot),
+                        node.bound_of(axis, forwards, slot),
+                    ];
                     near = ((M::splat(first) - origin) * inverse).max(near);
                     far = ((M::splat(last) - origin) * inverse).min(far);
                 }

@@ -1,6 +1,7 @@
 //! Rays side by side find what each of them finds alone.
 
 use super::packet::Packet;
+use super::row::Sixteen;
 use super::{Instances, Placed, Primitives, WideBvh};
 use crate::accel::block::{TriangleBlock, TriangleRay};
 use crate::accel::tests::{soup, uniform};
@@ -20,21 +21,18 @@ impl LaneKernel for IsPacket<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        Packet::new::<L::Long>(self.0, self.1).is_some()
+        Packet::new::<L::Long, Sixteen>(self.0, self.1).is_some()
     }
 }
 
 /// Traces the rays together, on all kinds of lanes, and alone; returns how many hit, if they are a
 /// packet.
-fn compare(tree: &WideBvh, batch: &mut RayBatch, rays: &[Ray]) -> Option<usize> {
+fn compare(trees: &[WideBvh], batch: &mut RayBatch, rays: &[Ray]) -> Option<usize> {
     batch.fill(rays);
     let mut hits = 0;
-    for choice in LaneChoice::all() {
+    for tree in trees {
+        let choice = tree.lanes;
         let mut found = HitBatch::NONE;
-        let tree = WideBvh {
-            lanes: choice,
-            ..tree.clone()
-        };
         tree.intersect_batch(batch, rays.len(), &mut found);
         hits = 0;
         for (index, ray) in rays.iter().enumerate() {
@@ -49,7 +47,8 @@ fn compare(tree: &WideBvh, batch: &mut RayBatch, rays: &[Ray]) -> Option<usize> 
     is_packet.then_some(hits)
 }
 
-fn tree(triangles: &[[Vec3; 3]], instances: Instances, boxes: &[Bounds]) -> WideBvh {
+/// Trees for all kinds of lanes.
+fn trees(triangles: &[[Vec3; 3]]) -> Vec<WideBvh> {
     let all: Vec<Bounds> = triangles
         .iter()
         .map(|corners| {
@@ -58,18 +57,17 @@ fn tree(triangles: &[[Vec3; 3]], instances: Instances, boxes: &[Bounds]) -> Wide
                 corners[0].max(corners[1]).max(corners[2]),
             )
         })
-        .chain(boxes.iter().copied())
         .collect();
-    let primitives = Primitives {
-        triangles,
-        spheres: &[],
-        instances,
+    let build = |lanes| {
+        let primitives = Primitives {
+            triangles,
+            spheres: &[],
+            instances: Instances::default(),
+        };
+        let tree = Bvh::build(&all, Preset::High.options()).unwrap();
+        super::build_for(lanes, tree, &all, primitives)
     };
-    super::build(
-        Bvh::build(&all, Preset::High.options()).unwrap(),
-        &all,
-        primitives,
-    )
+    LaneChoice::all().into_iter().map(build).collect()
 }
 
 /// Rays from about one point, in directions that are up to `spread` apart; some end early, and some
@@ -132,7 +130,7 @@ fn copies(rng: &mut impl Rng) -> Vec<[Vec3; 3]> {
 fn rays_side_by_side_hit_what_they_hit_alone() {
     let mut rng = Pcg64Mcg::seed_from_u64(41);
     let triangles = copies(&mut rng);
-    let tree = tree(&triangles, Instances::default(), &[]);
+    let trees = trees(&triangles);
     let mut batch = RayBatch::NOWHERE;
     let (mut packets, mut hits) = (0, 0);
     for number in 0..600 {
@@ -140,7 +138,7 @@ fn rays_side_by_side_hit_what_they_hit_alone() {
         let count = [16, 17, 31, 32, 50, 64][number % 6];
         let rays = rays_one_way(&mut rng, &triangles, count, spread);
         // What the batch has beyond these rays stays from the ones before.
-        if let Some(found) = compare(&tree, &mut batch, &rays) {
+        if let Some(found) = compare(&trees, &mut batch, &rays) {
             packets += 1;
             hits += found;
         }
@@ -172,10 +170,7 @@ fn rays_side_by_side_hit_spheres_and_instances() {
         object: 0,
         first: first + number * object.len() as u32,
     });
-    let instances = Instances {
-        objects: vec![tree(&object, Instances::default(), &[])],
-        placed: placed.collect(),
-    };
+    let placed: Vec<Placed> = placed.collect();
     let around = |center: Vec3, radius: f32| Bounds::new(center - radius, center + radius);
     let boxes: Vec<Bounds> = triangles
         .iter()
@@ -183,22 +178,26 @@ fn rays_side_by_side_hit_spheres_and_instances() {
         .chain(spheres.iter().map(|sphere| around(sphere.center, 0.101)))
         .chain(maps.iter().map(|map| around(map.translation.into(), 0.7)))
         .collect();
-    let primitives = Primitives {
-        triangles: &triangles,
-        spheres: &spheres,
-        instances,
+    let build = |object: WideBvh| {
+        let lanes = object.lanes;
+        let primitives = Primitives {
+            triangles: &triangles,
+            spheres: &spheres,
+            instances: Instances {
+                objects: vec![object],
+                placed: placed.clone(),
+            },
+        };
+        let tree = Bvh::build(&boxes, Preset::High.options()).unwrap();
+        super::build_for(lanes, tree, &boxes, primitives)
     };
-    let tree = super::build(
-        Bvh::build(&boxes, Preset::High.options()).unwrap(),
-        &boxes,
-        primitives,
-    );
+    let trees: Vec<WideBvh> = trees(&object).into_iter().map(build).collect();
     let mut batch = RayBatch::NOWHERE;
     let mut of_kinds = [0; 3];
     for _ in 0..200 {
         let rays = rays_one_way(&mut rng, &triangles, 64, 0.2);
-        if compare(&tree, &mut batch, &rays).is_some() {
-            for hit in rays.iter().filter_map(|ray| tree.intersect(ray)) {
+        if compare(&trees, &mut batch, &rays).is_some() {
+            for hit in rays.iter().filter_map(|ray| trees[0].intersect(ray)) {
                 let kind = usize::from(hit.primitive >= 300) + usize::from(hit.primitive >= first);
                 of_kinds[kind] += 1;
             }
@@ -228,7 +227,7 @@ fn rays_side_by_side_do_not_hit_the_needle_that_they_leave() {
     // In the same leaf, so that its box is entered; rays end before they reach it.
     let lid = |x, z| Vec3::new(x, -4.0, z);
     triangles.push([lid(-3.0, 0.0), lid(4.0, 0.0), lid(0.0, 2.0)]);
-    let tree = tree(&triangles, Instances::default(), &[]);
+    let trees = trees(&triangles);
     let mut batch = RayBatch::NOWHERE;
     let mut wrong = 0;
     for _ in 0..400 {
@@ -241,7 +240,7 @@ fn rays_side_by_side_do_not_hit_the_needle_that_they_leave() {
             Ray::segment(at + Vec3::Y * 2e-5, towards + uniform(&mut rng) * 0.02, 1.0)
         };
         let rays: Vec<Ray> = (0..64).map(leave).collect();
-        if let Some(hits) = compare(&tree, &mut batch, &rays) {
+        if let Some(hits) = compare(&trees, &mut batch, &rays) {
             assert_eq!(hits, 0);
             // Without a look at the plane.
             wrong += rays.iter().filter(|ray| is_hit(ray, &triangles[..2])).count();
@@ -255,10 +254,10 @@ fn rays_side_by_side_do_not_hit_the_needle_that_they_leave() {
 fn rays_apart_or_along_a_plane_are_no_packet() {
     let mut rng = Pcg64Mcg::seed_from_u64(44);
     let triangles = soup(&mut rng, 500, 0.3);
-    let tree = tree(&triangles, Instances::default(), &[]);
+    let trees = trees(&triangles);
     let mut batch = RayBatch::NOWHERE;
     let alike = vec![Ray::new(Vec3::new(-1.0, -0.9, -1.1), Vec3::new(0.7, 0.5, 0.6)); 40];
-    assert!(compare(&tree, &mut batch, &alike).is_some());
+    assert!(compare(&trees, &mut batch, &alike).is_some());
     let odd = [
         Ray::new(Vec3::splat(-1.0), Vec3::new(0.7, -0.5, 0.6)),
         Ray::new(Vec3::splat(-1.0), Vec3::new(0.5, 0.7, 0.6)),
@@ -274,9 +273,9 @@ fn rays_apart_or_along_a_plane_are_no_packet() {
         for place in [0, 7, 8, 17, 39] {
             let mut rays = alike.clone();
             rays[place] = odd;
-            assert!(compare(&tree, &mut batch, &rays).is_none(), "{odd:?} at {place}");
+            assert!(compare(&trees, &mut batch, &rays).is_none(), "{odd:?} at {place}");
             // It no longer counts once it is not asked about.
-            assert_eq!(compare(&tree, &mut batch, &rays[..place]).is_some(), place > 0);
+            assert_eq!(compare(&trees, &mut batch, &rays[..place]).is_some(), place > 0);
         }
     }
     // Ends that are no numbers hide no one's hits.
@@ -284,7 +283,7 @@ fn rays_apart_or_along_a_plane_are_no_packet() {
         for place in [0, 9, 39] {
             let mut rays = alike.clone();
             rays[place].t_max = end;
-            let hits = compare(&tree, &mut batch, &rays).unwrap();
+            let hits = compare(&trees, &mut batch, &rays).unwrap();
             assert_eq!(hits, 39);
         }
     }
@@ -294,5 +293,5 @@ fn rays_apart_or_along_a_plane_are_no_packet() {
     for place in [8, 16, 24, 32] {
         rays[place].t_max = f32::NAN;
     }
-    assert_eq!(compare(&tree, &mut batch, &rays), Some(1));
+    assert_eq!(compare(&trees, &mut batch, &rays), Some(1));
 }

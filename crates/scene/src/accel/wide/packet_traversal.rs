@@ -4,14 +4,17 @@
 //! what a visit costs beyond arithmetic, and its branches that cannot be predicted. Where few rays
 //! are left in a box, each goes on alone.
 
-use super::WideBvh;
-use super::node::{Child, ChildKind};
+use super::in_flight::Many;
+use super::node::{Child, ChildKind, Node};
 use super::packet::{Packet, greatest};
-use super::traverse::{Many, Traversal, confirmed_nearest};
+use super::query::confirmed_nearest;
+use super::row::Row;
+use super::traverse::Traversal;
+use super::{Walk, WideBvh};
 use crate::accel::batch::{HitBatch, RayBatch};
 use crate::accel::block::{Nearest, TriangleBlock};
 use crate::accel::stack::{STACK_CAPACITY, Stack, StackMemory};
-use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES, flip_mask};
+use lightshed_lanes::{AnyLanes, LaneKernel, LaneMask, Lanes, MOST_LANES};
 
 /// Where fewer rays than these are in a box, each goes on alone. 3 to 12 make no difference.
 const FEW: u32 = 4;
@@ -52,14 +55,23 @@ impl LaneKernel for NearestOfBatch<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        self.bvh.nodes.walk::<L, _>(self);
+    }
+}
+
+impl Walk for NearestOfBatch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn walk<L: Lanes, M: AnyLanes, R: Row>(self, nodes: &[Node<R>]) {
         let Self {
             bvh,
             rays,
             count,
             hits,
         } = self;
-        if !intersect::<L>(bvh, rays, count, hits) {
-            Many::nearest(bvh, rays, count, hits).run::<L>();
+        if !intersect::<L, M, R>(bvh, nodes, rays, count, hits) {
+            Many::nearest(bvh, rays, count, hits).walk::<L, M, R>(nodes);
         }
     }
 }
@@ -67,29 +79,41 @@ impl LaneKernel for NearestOfBatch<'_> {
 /// Finds the nearest hits of the first `count` rays, at most [`RayBatch::CAPACITY`], if they are a
 /// packet; if they are not, does nothing and returns false.
 #[inline(always)]
-fn intersect<L: Lanes>(bvh: &WideBvh, rays: &RayBatch, count: usize, hits: &mut HitBatch) -> bool {
+fn intersect<L: Lanes, M: AnyLanes, R: Row>(
+    bvh: &WideBvh,
+    nodes: &[Node<R>],
+    rays: &RayBatch,
+    count: usize,
+    hits: &mut HitBatch,
+) -> bool {
     if count < FEWEST {
         return false;
     }
-    let Some(packet) = Packet::new::<L::Long>(rays, count) else {
+    let Some(packet) = Packet::new::<L::Long, R>(rays, count) else {
         return false;
     };
-    let mut traversal = PacketTraversal { bvh, packet, hits };
+    let mut traversal = PacketTraversal {
+        bvh,
+        nodes,
+        packet,
+        hits,
+    };
     traversal.start();
-    traversal.go::<L>();
+    traversal.go::<L, M>();
     traversal.finish::<L::Long>();
     true
 }
 
 /// The rays and what they have hit so far. Until the end, the second barycentric weight of a hit is
 /// that of the first vertex, and `t` of a ray that has hit nothing is its end.
-struct PacketTraversal<'a> {
+struct PacketTraversal<'a, R> {
     bvh: &'a WideBvh,
+    nodes: &'a [Node<R>],
     packet: Packet<'a>,
     hits: &'a mut HitBatch,
 }
 
-impl PacketTraversal<'_> {
+impl<R: Row> PacketTraversal<'_, R> {
     #[inline(always)]
     fn start(&mut self) {
         let HitBatch { t, primitive, .. } = &mut *self.hits;
@@ -98,8 +122,8 @@ impl PacketTraversal<'_> {
     }
 
     #[inline(always)]
-    fn go<L: Lanes>(&mut self) {
-        let Self { bvh, .. } = *self;
+    fn go<L: Lanes, M: AnyLanes>(&mut self) {
+        let Self { bvh, nodes, .. } = *self;
         let (flip, count) = (self.packet.flip, self.packet.count());
         let mut waiting = [Visit {
             node: 0,
@@ -113,7 +137,7 @@ impl PacketTraversal<'_> {
         loop {
             if let Some((node, rays)) = entered.take() {
                 // Far children wait below near ones.
-                let mut order = flip_mask(self.packet.may_enter::<L>(&bvh.nodes[node], t_max), flip);
+                let mut order = self.packet.may_enter::<M, R>(&nodes[node], t_max);
                 while order != 0 {
                     waiting[len] = Visit {
                         node: node as u32,
@@ -129,18 +153,18 @@ impl PacketTraversal<'_> {
             }
             len -= 1;
             let Visit { node, slot, rays } = waiting[len];
-            let node = &bvh.nodes[node as usize];
-            let child = node.children[slot as usize % 8];
-            let rays = self.packet.enter::<L::Long>(node, slot, &self.hits.t, rays);
+            let node = &nodes[node as usize];
+            let child = node.child(slot);
+            let rays = self.packet.enter::<L::Long, R>(node, slot, &self.hits.t, rays);
             if rays.count_ones() < FEW {
-                self.alone::<L>(child, rays);
+                self.alone::<L, M>(child, rays);
             } else if child.kind() == ChildKind::Node {
                 entered = Some((child.index(), rays));
             } else if child.kind() == ChildKind::Triangles {
                 self.block::<L::Long>(&bvh.blocks[child.index()], rays);
                 t_max = greatest::<L::Long>(&self.hits.t, count);
             } else {
-                self.alone::<L>(child, rays);
+                self.alone::<L, M>(child, rays);
             }
         }
     }
@@ -188,7 +212,7 @@ impl PacketTraversal<'_> {
 
     /// What lies in `child` and each of the rays for itself.
     #[inline(always)]
-    fn alone<L: Lanes>(&mut self, child: Child, mut rays: u64) {
+    fn alone<L: Lanes, M: AnyLanes>(&mut self, child: Child, mut rays: u64) {
         let mut memory = StackMemory::new();
         let mut stack = Stack::new(&mut memory);
         while rays != 0 {
@@ -201,9 +225,9 @@ impl PacketTraversal<'_> {
                 self.hits.primitive.get_word(index),
                 [first.get(index), second.get(index)],
             );
-            let mut traversal = Traversal::below(child, found, &all.get(index), index);
+            let mut traversal = Traversal::below::<R>(child, found, &all.get(index), index);
             stack.clear();
-            while !traversal.step::<L>(&mut stack, self.bvh, all) {}
+            while !traversal.step::<L, M, R>(&mut stack, self.bvh, self.nodes, all) {}
             let (t, primitive, [a, b]) = traversal.query.parts();
             self.hits.t.set(index, t);
             self.hits.primitive.set_word(index, primitive);

@@ -1,0 +1,195 @@
+//! One ray, and many of which several are in flight.
+
+use super::node::Node;
+use super::query::{Any, Query};
+use super::rays::{Answers, Rays};
+use super::row::Row;
+use super::traverse::Traversal;
+use super::{Walk, WideBvh};
+use crate::accel::batch::RayBatch;
+use crate::accel::block::Nearest;
+use crate::accel::stack::{Stack, StackMemory};
+use crate::accel::{Hit, Ray};
+use core::marker::PhantomData;
+use lightshed_lanes::{AnyLanes, LaneKernel, Lanes};
+
+/// Rays in flight at once. With more of them, the branches of each are predicted worse.
+const IN_FLIGHT: usize = 4;
+
+/// A ray alone.
+pub struct One<'a, Q> {
+    bvh: &'a WideBvh,
+    ray: &'a Ray,
+    query: PhantomData<Q>,
+}
+
+impl<Q: Query> LaneKernel for One<'_, Q> {
+    const HOT: bool = true;
+    type Output = Q::Answer;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Q::Answer {
+        self.bvh.nodes.walk::<L, _>(self)
+    }
+}
+
+impl<'a, Q> One<'a, Q> {
+    #[inline(always)]
+    pub fn new(bvh: &'a WideBvh, ray: &'a Ray) -> Self {
+        Self {
+            bvh,
+            ray,
+            query: PhantomData,
+        }
+    }
+}
+
+impl<Q: Query> Walk for One<'_, Q> {
+    type Output = Q::Answer;
+
+    #[inline(always)]
+    fn walk<L: Lanes, M: AnyLanes, R: Row>(self, nodes: &[Node<R>]) -> Q::Answer {
+        let rays = core::slice::from_ref(self.ray);
+        let mut traversal = Traversal::<Q>::new::<R>(self.ray, 0);
+        let mut memory = StackMemory::new();
+        let mut stack = Stack::new(&mut memory);
+        while !traversal.step::<L, M, R>(&mut stack, self.bvh, nodes, rays) {}
+        traversal.answer(self.bvh, rays)
+    }
+}
+
+/// Several rays, of which some are in flight at any time.
+pub struct Many<'a, Q, R, A> {
+    bvh: &'a WideBvh,
+    rays: R,
+    count: usize,
+    answers: A,
+    query: PhantomData<Q>,
+}
+
+impl<'a, R, A> Many<'a, Nearest, R, A> {
+    /// The nearest hits of the first `count` rays.
+    #[inline(always)]
+    pub fn nearest(bvh: &'a WideBvh, rays: R, count: usize, answers: A) -> Self {
+        Self {
+            bvh,
+            rays,
+            count,
+            answers,
+            query: PhantomData,
+        }
+    }
+}
+
+impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> {
+    const HOT: bool = true;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.bvh.nodes.walk::<L, _>(self);
+    }
+}
+
+impl<Q: Query, R: Rays, A: Answers<Q::Answer>> Walk for Many<'_, Q, R, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn walk<L: Lanes, M: AnyLanes, W: Row>(self, nodes: &[Node<W>]) {
+        let Self {
+            bvh,
+            rays,
+            count,
+            mut answers,
+            ..
+        } = self;
+        if count == 0 {
+            return;
+        }
+        let mut flying = count.min(IN_FLIGHT);
+        let mut next = flying;
+        let mut traversals = [Traversal::<Q>::new::<W>(&rays.get(0), 0); IN_FLIGHT];
+        let mut flies = [true; IN_FLIGHT];
+        let mut place = 1;
+        while place < IN_FLIGHT {
+            if place < flying {
+                traversals[place] = Traversal::new::<W>(&rays.get(place), place);
+            } else {
+                flies[place] = false;
+            }
+            place += 1;
+        }
+        let mut memory = [const { StackMemory::new() }; IN_FLIGHT];
+        let mut stacks = memory.each_mut().map(Stack::new);
+        while flying > 0 {
+            let mut place = 0;
+            while place < IN_FLIGHT {
+                if flies[place] {
+                    let (traversal, stack) = (&mut traversals[place], &mut stacks[place]);
+                    if traversal.step::<L, M, W>(stack, bvh, nodes, rays) {
+                        answers.set(traversal.ray, traversal.answer(bvh, rays));
+                        if next < count {
+                            *traversal = Traversal::new::<W>(&rays.get(next), next);
+                            stack.clear();
+                            next += 1;
+                        } else {
+                            flying -= 1;
+                            flies[place] = false;
+                        }
+                    }
+                }
+                place += 1;
+            }
+        }
+    }
+}
+
+impl WideBvh {
+    /// The nearest hit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest(ray).hit()
+    }
+
+    #[inline(always)]
+    pub fn nearest(&self, ray: &Ray) -> Nearest {
+        self.lanes.run(One::<Nearest>::new(self, ray))
+    }
+
+    /// Whether there is any hit.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.lanes.run(One::<Any>::new(self, ray))
+    }
+
+    #[inline(always)]
+    fn many<Q: Query>(&self, rays: impl Rays, count: usize, answers: impl Answers<Q::Answer>) {
+        self.lanes.run(Many {
+            bvh: self,
+            rays,
+            count,
+            answers,
+            query: PhantomData::<Q>,
+        });
+    }
+
+    /// The nearest hit of each ray.
+    #[inline]
+    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.many::<Nearest>(rays, rays.len().min(hits.len()), hits);
+    }
+
+    /// Whether each ray has any hit.
+    #[inline]
+    pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
+    }
+
+    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        let mut occluded = 0;
+        self.many::<Any>(rays, count.min(RayBatch::CAPACITY), &mut occluded);
+        occluded
+    }
+}
