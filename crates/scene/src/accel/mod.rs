@@ -1,9 +1,10 @@
 //! Ray queries: the nearest hit, and whether there is any.
 //!
-//! [`Accelerator`] holds a tree with eight full-precision boxes a node and eight triangles a leaf
-//! tested at once, collapsed from a binary tree of the crate `lightshed-bvh`. At equal distances
-//! the hit of the lowest index counts, so the result does not depend on how the tree was built. The
-//! feature `obvhs` adds two trees that obvhs builds and traverses, for comparison.
+//! [`Accelerator`] holds a tree with eight or sixteen full-precision boxes a node, as many as the
+//! machine tests at once, and eight triangles a leaf. It is collapsed from a binary tree of the
+//! crate `lightshed-bvh`. At equal distances the hit of the lowest index counts, and boxes are left
+//! out only if they begin beyond a hit by more than rounding, so the result does not depend on the
+//! tree. The feature `obvhs` adds two trees that obvhs builds and traverses, for comparison.
 
 mod batch;
 mod block;
@@ -39,7 +40,7 @@ use wide::{Instances, Placed, Primitives, WideBvh};
 /// The tree through which rays are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AcceleratorKind {
-    /// This crate's eight-wide tree; no tree for some dozens of triangles.
+    /// This crate's wide tree; no tree for some dozens of triangles.
     #[default]
     Wide,
     /// obvhs' binary tree.

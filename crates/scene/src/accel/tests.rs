@@ -13,7 +13,7 @@ fn with_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: Preset) -> Ac
 }
 
 /// The naive oracle.
-fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option<Hit> {
+pub(super) fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;
     for (i, corners) in triangles.iter().enumerate() {
         let t_max = best.map_or(ray.t_max, |hit| hit.t);

@@ -17,6 +17,7 @@
 
 use super::node::{Child, ChildKind, Node};
 use super::row::{Eight, Row, Sixteen};
+use super::slack::uncertainty;
 use super::{Nodes, Primitives, WideBvh};
 use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
@@ -363,6 +364,7 @@ pub fn build_for<P: Primitive>(
     shapes: &[P],
     primitives: Primitives,
 ) -> WideBvh {
+    let BinaryNode { min, max, .. } = tree.nodes()[0];
     let (nodes, blocks) = nodes_for(lanes, &tree, shapes, &primitives, DEEPEST);
     WideBvh {
         nodes,
@@ -370,7 +372,8 @@ pub fn build_for<P: Primitive>(
         spheres: primitives.spheres.to_vec(),
         first_sphere: primitives.triangles.len() as u32,
         instances: primitives.instances,
-        reach: doubtful_reach(tree.nodes()[0].min, tree.nodes()[0].max),
+        reach: doubtful_reach(min, max),
+        uncertainty: uncertainty(min.to_array(), max.to_array()),
         lanes,
     }
 }

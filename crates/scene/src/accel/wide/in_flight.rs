@@ -50,7 +50,7 @@ impl<Q: Query> Walk for One<'_, Q> {
     #[inline(always)]
     fn walk<L: Lanes, M: AnyLanes, R: Row>(self, nodes: &[Node<R>]) -> Q::Answer {
         let rays = core::slice::from_ref(self.ray);
-        let mut traversal = Traversal::<Q>::new::<R>(self.ray, 0);
+        let mut traversal = Traversal::<Q>::new::<R>(self.bvh, self.ray, 0);
         let mut memory = StackMemory::new();
         let mut stack = Stack::new(&mut memory);
         while !traversal.step::<L, M, R>(&mut stack, self.bvh, nodes, rays) {}
@@ -108,12 +108,12 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> Walk for Many<'_, Q, R, A> {
         }
         let mut flying = count.min(IN_FLIGHT);
         let mut next = flying;
-        let mut traversals = [Traversal::<Q>::new::<W>(&rays.get(0), 0); IN_FLIGHT];
+        let mut traversals = [Traversal::<Q>::new::<W>(bvh, &rays.get(0), 0); IN_FLIGHT];
         let mut flies = [true; IN_FLIGHT];
         let mut place = 1;
         while place < IN_FLIGHT {
             if place < flying {
-                traversals[place] = Traversal::new::<W>(&rays.get(place), place);
+                traversals[place] = Traversal::new::<W>(bvh, &rays.get(place), place);
             } else {
                 flies[place] = false;
             }
@@ -129,7 +129,7 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> Walk for Many<'_, Q, R, A> {
                     if traversal.step::<L, M, W>(stack, bvh, nodes, rays) {
                         answers.set(traversal.ray, traversal.answer(bvh, rays));
                         if next < count {
-                            *traversal = Traversal::new::<W>(&rays.get(next), next);
+                            *traversal = Traversal::new::<W>(bvh, &rays.get(next), next);
                             stack.clear();
                             next += 1;
                         } else {

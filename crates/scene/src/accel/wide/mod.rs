@@ -11,6 +11,7 @@ mod packet_traversal;
 mod query;
 mod rays;
 mod row;
+mod slack;
 mod traverse;
 
 #[cfg(test)]
@@ -51,6 +52,8 @@ pub struct WideBvh {
     instances: Instances,
     /// Hits nearer than this along a coordinate are looked at again, see [`super::triangle`].
     reach: f32,
+    /// Errors of coordinates, see [`slack`].
+    uncertainty: f32,
     lanes: lightshed_lanes::LaneChoice,
 }
 

@@ -2,6 +2,7 @@
 
 use super::node::Node;
 use super::row::Row;
+use super::slack::slack;
 use super::traverse::FAR_WIDENING;
 use crate::accel::batch::RayBatch;
 use crate::accel::block::TriangleBlock;
@@ -28,6 +29,8 @@ pub struct Packet<'a> {
     origins: [[f32; 2]; 3],
     /// The least and the greatest inverse coordinate of a direction.
     inverses: [[f32; 2]; 3],
+    /// The greatest of a ray, or more, see [`super::slack`].
+    slack: f32,
 }
 
 /// Bits of all lanes.
@@ -62,12 +65,18 @@ pub fn greatest<M: AnyLanes>(values: &Column, count: usize) -> f32 {
     -least(-greatest)
 }
 
+/// The greater magnitude of two ends.
+#[inline(always)]
+fn steepest([least, greatest]: [f32; 2]) -> f32 {
+    least.abs().max(greatest.abs())
+}
+
 impl<'a> Packet<'a> {
     /// The first `count` rays of a batch, if they have one octant and one longest axis, and if
     /// their origins, directions and inverse directions are finite and their directions go along no
     /// coordinate plane.
     #[inline(always)]
-    pub fn new<M: AnyLanes, R: Row>(rays: &'a RayBatch, count: usize) -> Option<Self> {
+    pub fn new<M: AnyLanes, R: Row>(rays: &'a RayBatch, count: usize, uncertainty: f32) -> Option<Self> {
         let [octant, axis] = Self::direction::<M>(rays, count)?;
         let axes = [(axis as usize + 1) % 3, (axis as usize + 2) % 3, axis as usize];
         let (zero, infinite) = (M::splat(0.0), M::splat(f32::INFINITY));
@@ -116,11 +125,14 @@ impl<'a> Packet<'a> {
             flip: R::flip(octant, u32::from(rays.get(0).direction.element_sum() >= 0.0)),
             origins: [[0.0; 2]; 3],
             inverses: [[0.0; 2]; 3],
+            slack: 0.0,
         };
         for axis in 0..3 {
             packet.origins[axis] = [least(origins[axis][0]), -least(origins[axis][1])];
             packet.inverses[axis] = [least(inverses[axis][0]), -least(inverses[axis][1])];
         }
+        let [x, y, z] = packet.inverses;
+        packet.slack = slack(uncertainty, [steepest(x), steepest(y), steepest(z)]);
         Some(packet)
     }
 
@@ -192,7 +204,7 @@ impl<'a> Packet<'a> {
     /// any ray within them computes.
     #[inline(always)]
     pub fn may_enter<M: AnyLanes, R: Row>(&self, node: &Node<R>, t_max: f32) -> u32 {
-        let (mut near, mut far) = (M::splat(0.0), M::splat(t_max));
+        let (mut near, mut far) = (M::splat(0.0), M::splat(t_max + self.slack));
         for axis in 0..3 {
             let forwards = (self.octant >> axis & 1) as usize;
             let [low, high] = self.inverses[axis];
@@ -217,7 +229,7 @@ impl<'a> Packet<'a> {
         while place < self.count {
             let asked = Self::lanes::<M>(rays, place);
             if asked != 0 {
-                let (mut near, mut far) = (M::splat(0.0), t_max.read::<M>(place));
+                let (mut near, mut far) = (M::splat(0.0), t_max.read::<M>(place) + M::splat(self.slack));
                 for axis in 0..3 {
                     let forwards = (self.octant >> axis & 1) as usize;
                     let origin = self.rays.origin[axis].read::<M>(place);

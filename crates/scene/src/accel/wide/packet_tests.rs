@@ -21,7 +21,7 @@ impl LaneKernel for IsPacket<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        Packet::new::<L::Long, Sixteen>(self.0, self.1).is_some()
+        Packet::new::<L::Long, Sixteen>(self.0, self.1, 0.0).is_some()
     }
 }
 

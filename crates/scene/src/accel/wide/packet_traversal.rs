@@ -89,7 +89,7 @@ fn intersect<L: Lanes, M: AnyLanes, R: Row>(
     if count < FEWEST {
         return false;
     }
-    let Some(packet) = Packet::new::<L::Long, R>(rays, count) else {
+    let Some(packet) = Packet::new::<L::Long, R>(rays, count, bvh.uncertainty) else {
         return false;
     };
     let mut traversal = PacketTraversal {
@@ -225,7 +225,7 @@ impl<R: Row> PacketTraversal<'_, R> {
                 self.hits.primitive.get_word(index),
                 [first.get(index), second.get(index)],
             );
-            let mut traversal = Traversal::below::<R>(child, found, &all.get(index), index);
+            let mut traversal = Traversal::below::<R>(self.bvh, child, found, &all.get(index), index);
             stack.clear();
             while !traversal.step::<L, M, R>(&mut stack, self.bvh, self.nodes, all) {}
             let (t, primitive, [a, b]) = traversal.query.parts();

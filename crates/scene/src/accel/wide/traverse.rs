@@ -5,15 +5,16 @@
 //!
 //! A ray visits few nodes, and each visit waits: for the node to arrive from memory, for the chain
 //! of operations on it, for a branch that cannot be predicted. So several rays are in flight at
-//! once, a step of each in turn ([`super::in_flight`]). The next node of each is prefetched as soon as it
-//! is known, and a step uses masks and selections instead of branches where it can. A ray's own
-//! steps do not depend on its neighbours: its result is the same, bit for bit, in any batch.
+//! once, a step of each in turn ([`super::in_flight`]). The next node of each is prefetched as soon
+//! as it is known, and a step uses masks and selections instead of branches where it can. A ray's
+//! own steps do not depend on its neighbours: its result is the same, bit for bit, in any batch.
 
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node};
 use super::query::Query;
 use super::rays::Rays;
 use super::row::Row;
+use super::slack::slack;
 use crate::accel::Ray;
 use crate::accel::block::{TriangleBlock, TriangleRay};
 use crate::accel::stack::Stack;
@@ -34,6 +35,8 @@ pub struct RayConstants {
     /// Bit `a` says whether the ray goes to the positive side of axis `a`: it is the row of the
     /// bounds in which the ray leaves.
     octant: u32,
+    /// How much farther than a hit what is nearer may seem to begin, see [`super::slack`].
+    slack: f32,
     /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by
     /// where the children lie (see [`Node`]), so that far ones come first and the nearest is on
     /// top.
@@ -42,7 +45,7 @@ pub struct RayConstants {
 
 impl RayConstants {
     #[inline(always)]
-    fn new<R: Row>(ray: &Ray) -> Self {
+    fn new<R: Row>(ray: &Ray, bvh: &WideBvh) -> Self {
         let d = ray.direction.to_array();
         let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let forwards = |axis: usize| u32::from(d[axis].is_sign_positive()) << axis;
@@ -51,6 +54,7 @@ impl RayConstants {
             triangle: TriangleRay::new(ray, inverse_direction),
             inverse_direction,
             octant,
+            slack: slack(bvh.uncertainty, inverse_direction),
             flip: R::flip(octant, u32::from(d[0] + d[1] + d[2] >= 0.0)),
         }
     }
@@ -90,22 +94,26 @@ pub struct Traversal<Q> {
     pub query: Q,
     constants: RayConstants,
     child: Child,
+    /// Boxes that begin beyond this are not visited.
+    end: f32,
     /// Index of the ray in the query.
     pub ray: usize,
 }
 
 impl<Q: Query> Traversal<Q> {
     #[inline(always)]
-    pub fn new<R: Row>(ray: &Ray, index: usize) -> Self {
-        Self::below::<R>(ROOT, Q::start(ray), ray, index)
+    pub fn new<R: Row>(bvh: &WideBvh, ray: &Ray, index: usize) -> Self {
+        Self::below::<R>(bvh, ROOT, Q::start(ray), ray, index)
     }
 
     /// Of what lies in `child`; for the other parts of the tree, `query` is answered.
     #[inline(always)]
-    pub fn below<R: Row>(child: Child, query: Q, ray: &Ray, index: usize) -> Self {
+    pub fn below<R: Row>(bvh: &WideBvh, child: Child, query: Q, ray: &Ray, index: usize) -> Self {
+        let constants = RayConstants::new::<R>(ray, bvh);
         Self {
+            end: query.t_max() + constants.slack,
             query,
-            constants: RayConstants::new::<R>(ray),
+            constants,
             child,
             ray: index,
         }
@@ -127,7 +135,7 @@ impl<Q: Query> Traversal<Q> {
     ) -> bool {
         if self.child.kind() == ChildKind::Node {
             let node = &nodes[self.child.index()];
-            let (near, order) = self.constants.enter(node, M::splat(self.query.t_max()));
+            let (near, order) = self.constants.enter(node, M::splat(self.end));
             if order != 0 {
                 // The nearest is visited next, or for any hit the approximately nearest block if
                 // there is one; the others wait in approximate order.
@@ -144,18 +152,18 @@ impl<Q: Query> Traversal<Q> {
                 self.prefetch(bvh, nodes);
                 return false;
             }
-        } else if self
-            .query
-            .leaf::<L>(bvh, rays, self.ray, &self.constants, self.child)
-        {
-            return true;
+        } else {
+            let constants = &self.constants;
+            if self.query.leaf::<L>(bvh, rays, self.ray, constants, self.child) {
+                return true;
+            }
+            self.end = self.query.t_max() + constants.slack;
         }
         loop {
             let Some((child, entered)) = stack.pop() else {
                 return true;
             };
-            // Triangles in the plane of a box may be hit a little before the ray enters it.
-            if entered <= self.query.t_max() * FAR_WIDENING {
+            if entered <= self.end * FAR_WIDENING {
                 self.child = Child(child);
                 self.prefetch(bvh, nodes);
                 return false;
