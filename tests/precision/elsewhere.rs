@@ -5,11 +5,11 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-lanes",
         "moves or combines lanes by single operations of IEEE 754; all kinds of lanes are compared bit for bit by the crate's tests",
-        "AnyLanes::abs AnyLanes::equal AnyLanes::less AnyLanes::less_equal AnyLanes::max AnyLanes::min AnyLanes::pick \
+        "AnyLanes::abs AnyLanes::compress AnyLanes::equal AnyLanes::flipped AnyLanes::least_of AnyLanes::less AnyLanes::less_equal AnyLanes::max AnyLanes::min AnyLanes::pick \
          AnyLanes::read AnyLanes::select AnyLanes::splat AnyLanes::sqrt AnyLanes::write Column::get Column::load \
          Column::load_words Column::read Column::set Column::splat Column::store Column::store_compressed \
-         Column::store_words_compressed Column::write LaneKernel::run Lanes::compress Lanes::copysign Lanes::count_at_most \
-         Lanes::delayed Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of \
+         Column::store_words_compressed Column::write LaneKernel::run Lanes::copysign Lanes::count_at_most \
+         Lanes::delayed Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane \
          Lanes::load Lanes::load_pairs Lanes::load_transposed Lanes::running_sums Lanes::store Lanes::to_bits \
          Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::length Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::normalize_or Vec3Lanes::select \
          Vec3Lanes::splat Vec3Lanes::store",

@@ -26,8 +26,8 @@ use glam::Vec3;
 use lightshed_bvh::{Bvh, Node as BinaryNode, Primitive};
 use lightshed_lanes::{AnyLanes, LaneChoice, LaneKernel, Lanes, use_huge_pages};
 
-/// Cost of testing the boxes of a node, and of testing a block of eight triangles or a sphere; only their
-/// ratio counts.
+/// Cost of testing the boxes of a node, and of testing a block of eight triangles or a sphere; only
+/// their ratio counts.
 const COST_NODE: f32 = 1.0;
 const COST_LEAF: f32 = 1.2;
 

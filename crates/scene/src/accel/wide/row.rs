@@ -8,8 +8,8 @@ pub trait Row: Copy {
     fn splat(word: u32) -> Self;
     fn words(&self) -> &[u32];
     fn words_mut(&mut self) -> &mut [u32];
-    /// Exclusive-ors the slots to the order in which a ray meets them, the farthest first. The upper
-    /// bits of a slot are the octant of the node in which the child lies, a bit an axis; two
+    /// Exclusive-ors the slots to the order in which a ray meets them, the farthest first. The
+    /// upper bits of a slot are the octant of the node in which the child lies, a bit an axis; two
     /// children of an octant are told apart by how far they lie along (1, 1, 1). Bit `a` of
     /// `octant` says whether the ray goes to the positive side of axis `a`, and `along`, 0 or 1,
     /// whether it goes along (1, 1, 1).

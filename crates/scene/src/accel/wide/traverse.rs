@@ -71,8 +71,8 @@ impl RayConstants {
         ]
     }
 
-    /// Where the ray enters each child's box, and in which it does before `t_max`, by the children's
-    /// order.
+    /// Where the ray enters each child's box, and in which it does before `t_max`, in the order of
+    /// the children.
     #[inline(always)]
     fn enter<M: AnyLanes, R: Row>(&self, node: &Node<R>, t_max: M) -> (M, u32) {
         // The argument that may be NaN comes first, see `AnyLanes`.
