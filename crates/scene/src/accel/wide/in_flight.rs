@@ -1,15 +1,12 @@
 //! One ray, and many of which several are in flight.
 
 use super::node::Node;
-use super::query::{Any, Query};
 use super::rays::{Answers, Rays};
 use super::row::Row;
-use super::traverse::Traversal;
+use super::traverse::{Query, Traversal};
 use super::{Walk, WideBvh};
-use crate::accel::batch::RayBatch;
-use crate::accel::block::Nearest;
+use crate::accel::Ray;
 use crate::accel::stack::{Stack, StackMemory};
-use crate::accel::{Hit, Ray};
 use core::marker::PhantomData;
 use lightshed_lanes::{AnyLanes, LaneKernel, Lanes};
 
@@ -67,10 +64,10 @@ pub struct Many<'a, Q, R, A> {
     query: PhantomData<Q>,
 }
 
-impl<'a, R, A> Many<'a, Nearest, R, A> {
-    /// The nearest hits of the first `count` rays.
+impl<'a, Q, R, A> Many<'a, Q, R, A> {
+    /// The first `count` rays.
     #[inline(always)]
-    pub fn nearest(bvh: &'a WideBvh, rays: R, count: usize, answers: A) -> Self {
+    pub fn new(bvh: &'a WideBvh, rays: R, count: usize, answers: A) -> Self {
         Self {
             bvh,
             rays,
@@ -141,55 +138,5 @@ impl<Q: Query, R: Rays, A: Answers<Q::Answer>> Walk for Many<'_, Q, R, A> {
                 place += 1;
             }
         }
-    }
-}
-
-impl WideBvh {
-    /// The nearest hit.
-    #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.nearest(ray).hit()
-    }
-
-    #[inline(always)]
-    pub fn nearest(&self, ray: &Ray) -> Nearest {
-        self.lanes.run(One::<Nearest>::new(self, ray))
-    }
-
-    /// Whether there is any hit.
-    #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.lanes.run(One::<Any>::new(self, ray))
-    }
-
-    #[inline(always)]
-    fn many<Q: Query>(&self, rays: impl Rays, count: usize, answers: impl Answers<Q::Answer>) {
-        self.lanes.run(Many {
-            bvh: self,
-            rays,
-            count,
-            answers,
-            query: PhantomData::<Q>,
-        });
-    }
-
-    /// The nearest hit of each ray.
-    #[inline]
-    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.many::<Nearest>(rays, rays.len().min(hits.len()), hits);
-    }
-
-    /// Whether each ray has any hit.
-    #[inline]
-    pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
-        self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
-    }
-
-    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
-    #[inline]
-    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
-        let mut occluded = 0;
-        self.many::<Any>(rays, count.min(RayBatch::CAPACITY), &mut occluded);
-        occluded
     }
 }

@@ -3,6 +3,7 @@
 //! batch that all go one way are traced side by side, others several in flight.
 
 mod build;
+mod constants;
 mod in_flight;
 mod instances;
 mod node;
@@ -22,8 +23,8 @@ mod packet_tests;
 pub use build::build;
 #[cfg(test)]
 pub use build::build_for;
+pub use constants::FAR_WIDENING;
 pub use instances::{Instances, Placed};
-pub use traverse::FAR_WIDENING;
 
 use super::block::TriangleBlock;
 use super::sphere::Sphere;

@@ -1,9 +1,9 @@
 //! Rays of about one direction, in lanes.
 
+use super::constants::FAR_WIDENING;
 use super::node::Node;
 use super::row::Row;
 use super::slack::slack;
-use super::traverse::FAR_WIDENING;
 use crate::accel::batch::RayBatch;
 use crate::accel::block::TriangleBlock;
 use crate::accel::meeting::Meeting;
@@ -23,7 +23,7 @@ pub struct Packet<'a> {
     axes: [usize; 3],
     /// Bit `a` says whether the rays go to the positive side of axis `a`.
     octant: u32,
-    /// As in [`super::traverse::RayConstants`].
+    /// As in [`super::constants::RayConstants`].
     pub flip: u32,
     /// The least and the greatest coordinate of an origin along each axis.
     origins: [[f32; 2]; 3],

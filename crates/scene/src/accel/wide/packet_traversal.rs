@@ -71,7 +71,7 @@ impl Walk for NearestOfBatch<'_> {
             hits,
         } = self;
         if !intersect::<L, M, R>(bvh, nodes, rays, count, hits) {
-            Many::nearest(bvh, rays, count, hits).walk::<L, M, R>(nodes);
+            Many::<Nearest, _, _>::new(bvh, rays, count, hits).walk::<L, M, R>(nodes);
         }
     }
 }

@@ -1,36 +1,15 @@
 //! What is asked of a ray: its nearest hit, or whether there is any.
 
 use super::WideBvh;
-use super::in_flight::One;
+use super::constants::RayConstants;
+use super::in_flight::{Many, One};
 use super::node::{Child, ChildKind};
-use super::rays::Rays;
-use super::traverse::RayConstants;
-use crate::accel::Ray;
+use super::rays::{Answers, Rays};
+use super::traverse::Query;
+use crate::accel::batch::RayBatch;
 use crate::accel::block::{Nearest, confirmed};
+use crate::accel::{Hit, Ray};
 use lightshed_lanes::Lanes;
-
-/// A query for a ray, answered step by step.
-pub trait Query: Copy {
-    /// The answer.
-    type Answer: Copy;
-    /// The initial answer, before any step.
-    fn start(ray: &Ray) -> Self;
-    /// Processes a leaf; true if the answer is final.
-    fn leaf<L: Lanes>(
-        &mut self,
-        bvh: &WideBvh,
-        rays: impl Rays,
-        index: usize,
-        constants: &RayConstants,
-        child: Child,
-    ) -> bool;
-    /// Nothing that starts beyond this ray parameter matters any more.
-    fn t_max(&self) -> f32;
-    /// Whether nearer children are visited first.
-    const ORDERED: bool;
-    /// The answer at the end: what is doubtful is looked at again.
-    fn answer(self, bvh: &WideBvh, rays: impl Rays, index: usize, constants: &RayConstants) -> Self::Answer;
-}
 
 impl Query for Nearest {
     type Answer = Self;
@@ -194,5 +173,49 @@ impl Query for Any {
     #[inline(always)]
     fn answer(self, _: &WideBvh, _: impl Rays, _: usize, _: &RayConstants) -> bool {
         self.found
+    }
+}
+
+impl WideBvh {
+    /// The nearest hit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest(ray).hit()
+    }
+
+    #[inline(always)]
+    pub fn nearest(&self, ray: &Ray) -> Nearest {
+        self.lanes.run(One::<Nearest>::new(self, ray))
+    }
+
+    /// Whether there is any hit.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.lanes.run(One::<Any>::new(self, ray))
+    }
+
+    #[inline(always)]
+    fn many<Q: Query>(&self, rays: impl Rays, count: usize, answers: impl Answers<Q::Answer>) {
+        self.lanes.run(Many::<Q, _, _>::new(self, rays, count, answers));
+    }
+
+    /// The nearest hit of each ray.
+    #[inline]
+    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.many::<Nearest>(rays, rays.len().min(hits.len()), hits);
+    }
+
+    /// Whether each ray has any hit.
+    #[inline]
+    pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
+    }
+
+    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        let mut occluded = 0;
+        self.many::<Any>(rays, count.min(RayBatch::CAPACITY), &mut occluded);
+        occluded
     }
 }
