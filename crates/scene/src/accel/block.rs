@@ -101,6 +101,12 @@ impl TriangleRay {
         }
     }
 
+    /// One over the longest coordinate of the direction.
+    #[inline(always)]
+    pub fn inverse_longest(&self) -> f32 {
+        self.shear[2]
+    }
+
     /// Hits before this ray parameter, nearer than `reach` along a coordinate, are looked at again,
     /// see [`super::triangle`].
     #[inline(always)]

@@ -38,11 +38,12 @@ impl RayConstants {
         let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let forwards = |axis: usize| u32::from(d[axis].is_sign_positive()) << axis;
         let octant = forwards(0) | forwards(1) | forwards(2);
+        let triangle = TriangleRay::new(ray, inverse_direction);
         Self {
-            triangle: TriangleRay::new(ray, inverse_direction),
+            triangle,
             inverse_direction,
             octant,
-            slack: slack(bvh.uncertainty, inverse_direction),
+            slack: slack(bvh.uncertainty, inverse_direction, triangle.inverse_longest()),
             flip: R::flip(octant, u32::from(d[0] + d[1] + d[2] >= 0.0)),
         }
     }

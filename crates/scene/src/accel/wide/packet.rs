@@ -132,7 +132,8 @@ impl<'a> Packet<'a> {
             packet.inverses[axis] = [least(inverses[axis][0]), -least(inverses[axis][1])];
         }
         let [x, y, z] = packet.inverses;
-        packet.slack = slack(uncertainty, [steepest(x), steepest(y), steepest(z)]);
+        let inverses = [steepest(x), steepest(y), steepest(z)];
+        packet.slack = slack(uncertainty, inverses, inverses[axes[2]]);
         Some(packet)
     }
 

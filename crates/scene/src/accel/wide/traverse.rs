@@ -65,11 +65,21 @@ impl<Q: Query> Traversal<Q> {
     pub fn below<R: Row>(bvh: &WideBvh, child: Child, query: Q, ray: &Ray, index: usize) -> Self {
         let constants = RayConstants::new::<R>(ray, bvh);
         Self {
-            end: query.t_max() + constants.slack,
+            end: Self::end(&query, &constants),
             query,
             constants,
             child,
             ray: index,
+        }
+    }
+
+    /// The ends of rays that ask for any hit are chosen to be clear of surfaces.
+    #[inline(always)]
+    fn end(query: &Q, constants: &RayConstants) -> f32 {
+        if Q::ORDERED {
+            query.t_max() + constants.slack
+        } else {
+            query.t_max()
         }
     }
 
@@ -111,7 +121,7 @@ impl<Q: Query> Traversal<Q> {
             if self.query.leaf::<L>(bvh, rays, self.ray, constants, self.child) {
                 return true;
             }
-            self.end = self.query.t_max() + constants.slack;
+            self.end = Self::end(&self.query, constants);
         }
         loop {
             let Some((child, entered)) = stack.pop() else {
