@@ -1,6 +1,6 @@
 //! A tree with eight or sixteen children a node, by how many boxes the machine tests at once, and
-//! watertight tests of eight triangles at a time. Rays of a
-//! batch that all go one way are traced side by side, others several in flight.
+//! watertight tests of eight triangles at a time. Rays of a batch that all go one way are traced
+//! side by side, others several in flight.
 
 mod build;
 mod constants;
