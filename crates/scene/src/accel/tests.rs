@@ -12,6 +12,17 @@ fn with_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: Preset) -> Ac
     }
 }
 
+/// The wide tree for given lanes.
+pub(super) fn tree_for(lanes: LaneChoice, triangles: &[[Vec3; 3]], preset: Preset) -> WideBvh {
+    let primitives = Primitives {
+        triangles,
+        spheres: &[],
+        instances: Instances::default(),
+    };
+    let tree = Bvh::build(triangles, preset.options()).unwrap();
+    wide::build_for(lanes, tree, triangles, primitives)
+}
+
 /// The naive oracle.
 pub(super) fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;
@@ -256,15 +267,7 @@ fn lanes_give_the_same_bits() {
     let triangles = soup(&mut rng, 3_000, 0.1);
     let trees: Vec<WideBvh> = LaneChoice::all()
         .into_iter()
-        .map(|lanes| {
-            let primitives = Primitives {
-                triangles: &triangles,
-                spheres: &[],
-                instances: Instances::default(),
-            };
-            let tree = Bvh::build(&triangles, Preset::Medium.options()).unwrap();
-            wide::build_for(lanes, tree, &triangles, primitives)
-        })
+        .map(|lanes| tree_for(lanes, &triangles, Preset::Medium))
         .collect();
     for _ in 0..20_000 {
         let ray = random_ray(&mut rng, 0.15);

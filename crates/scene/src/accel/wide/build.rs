@@ -105,16 +105,15 @@ fn plan<R: Row>(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
         let becomes_leaf = can_be_leaf && leaf <= inner;
         costs[0] = if becomes_leaf { leaf } else { inner };
         shares.set(1, if becomes_leaf { 0 } else { share });
-        for children in 2..=most {
-            let fewer = costs[children - 2];
-            if children > count {
-                costs[children - 1] = fewer;
-                continue;
-            }
+        let useful = most.min(count);
+        for children in 2..=useful {
             let (cost, share) = split(children);
+            let fewer = costs[children - 2];
             costs[children - 1] = if fewer <= cost { fewer } else { cost };
             shares.set(children, if fewer <= cost { 0 } else { share });
         }
+        let least = costs[useful - 1];
+        costs[useful..].fill(least);
         plans[i] = shares;
         finished.push(costs);
     }
@@ -181,7 +180,6 @@ impl<R: Row> Emitter<'_, R> {
     /// Assigns each child a slot by its position, see [`Node`]: the child with the strongest
     /// preference for an octant takes its place first. An octant has as many places as fit.
     fn slots(&self, root: u32, children: &[u32]) -> [usize; Sixteen::COUNT] {
-        let room = R::COUNT / 8;
         let center = |node: u32| self.tree.nodes()[node as usize].bounds().center();
         let middle = center(root);
         let mut offsets = [Vec3::ZERO; Sixteen::COUNT];
@@ -211,14 +209,14 @@ impl<R: Row> Emitter<'_, R> {
                     // NaN cannot win; if all preferences are lost to overflow, the first free place
                     // is taken.
                     let better = wish > best.0 || best.0 == f32::NEG_INFINITY;
-                    if !placed[place] && taken[octant][room - 1].is_none() && better {
+                    if !placed[place] && taken[octant][R::ROOM - 1].is_none() && better {
                         best = (wish, place, octant);
                     }
                 }
             }
             let (_, place, octant) = best;
             placed[place] = true;
-            slots[place] = octant * room;
+            slots[place] = octant * R::ROOM;
             match taken[octant][0] {
                 None => taken[octant][0] = Some(place),
                 // The farther one along (1, 1, 1) comes last.
@@ -281,20 +279,6 @@ impl<R: Row> Emitter<'_, R> {
     }
 }
 
-fn collapse<'a, R: Row>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) -> Emitter<'a, R> {
-    let mut emitter = Emitter {
-        tree,
-        plans,
-        primitives,
-        // About as many as there will be: unused memory is never touched.
-        nodes: Vec::with_capacity(tree.len() / 8 + 1),
-        blocks: Vec::with_capacity(tree.len() / 3 + 1),
-        depth: 0,
-    };
-    emitter.emit();
-    emitter
-}
-
 /// How many lanes are read at once at most.
 struct Longest;
 
@@ -314,10 +298,19 @@ fn collapsed<R: Row>(
     primitives: &Primitives,
     deepest: usize,
 ) -> Option<(Vec<Node<R>>, Vec<TriangleBlock>)> {
-    let plans = plan::<R>(tree, primitives);
+    let mut emitter = Emitter {
+        tree,
+        plans: &plan::<R>(tree, primitives),
+        primitives,
+        // About as many as there will be: unused memory is never touched.
+        nodes: Vec::with_capacity(tree.len() / 8 + 1),
+        blocks: Vec::with_capacity(tree.len() / 3 + 1),
+        depth: 0,
+    };
+    emitter.emit();
     let Emitter {
         nodes, blocks, depth, ..
-    } = collapse(tree, &plans, primitives);
+    } = emitter;
     (depth <= deepest).then(|| {
         use_huge_pages(&nodes);
         use_huge_pages(&blocks);
@@ -373,7 +366,7 @@ pub fn build_for<P: Primitive>(
         first_sphere: primitives.triangles.len() as u32,
         instances: primitives.instances,
         reach: doubtful_reach(min, max),
-        uncertainty: uncertainty(min.to_array(), max.to_array()),
+        uncertainty: uncertainty(min, max),
         lanes,
     }
 }

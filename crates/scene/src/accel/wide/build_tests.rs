@@ -1,8 +1,8 @@
 //! Trees for each kind of lanes.
 
 use super::build::nodes_for;
-use super::{Instances, Nodes, Primitives, WideBvh, build_for};
-use crate::accel::tests::{brute_force, soup, uniform};
+use super::{Instances, Nodes, Primitives, WideBvh};
+use crate::accel::tests::{brute_force, soup, tree_for, uniform};
 use crate::accel::{Hit, HitBatch, Ray, RayBatch};
 use crate::{Scene, builtin};
 use glam::Vec3;
@@ -11,22 +11,12 @@ use lightshed_lanes::LaneChoice;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-fn build(lanes: LaneChoice, triangles: &[[Vec3; 3]], preset: Preset) -> WideBvh {
-    let primitives = Primitives {
-        triangles,
-        spheres: &[],
-        instances: Instances::default(),
-    };
-    let tree = Bvh::build(triangles, preset.options()).unwrap();
-    build_for(lanes, tree, triangles, primitives)
-}
-
 #[test]
 fn nodes_have_sixteen_children_where_lanes_have() {
     let mut rng = Pcg64Mcg::seed_from_u64(61);
     let triangles = soup(&mut rng, 2_000, 0.1);
     for lanes in LaneChoice::all() {
-        let tree = build(lanes, &triangles, Preset::High);
+        let tree = tree_for(lanes, &triangles, Preset::High);
         let is_sixteen = matches!(tree.nodes, Nodes::Sixteen(_));
         assert_eq!(is_sixteen, lanes.name() == "avx512", "{lanes:?}");
         assert!(tree.bytes() > 2_000 * 40, "{}", tree.bytes());
@@ -44,7 +34,7 @@ fn trees_too_deep_have_eight_children_or_are_balanced() {
     };
     let binary = Bvh::build(&triangles, Preset::High.options()).unwrap();
     for lanes in LaneChoice::all() {
-        let tree = build(lanes, &triangles, Preset::High);
+        let tree = tree_for(lanes, &triangles, Preset::High);
         for deepest in [[1, 20], [1, 1]] {
             let (nodes, blocks) = nodes_for(lanes, &binary, &triangles, &primitives, deepest);
             assert!(nodes.sixteen().is_none() && !nodes.eight().is_empty());
@@ -73,7 +63,7 @@ fn surfaces_in_one_plane_are_hit_in_any_tree() {
     let mut trees = Vec::new();
     for lanes in LaneChoice::all() {
         for preset in [Preset::Fast, Preset::Best] {
-            trees.push(build(lanes, &triangles, preset));
+            trees.push(tree_for(lanes, &triangles, preset));
         }
     }
     let mut rng = Pcg64Mcg::seed_from_u64(63);

@@ -13,7 +13,7 @@ pub const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// What the tests need of a ray.
 ///
-/// No closures and no iterator adaptors from here on: they are functions of their own, which the
+/// No closures and no iterator adaptors in kernels: they are functions of their own, which the
 /// compiler does not inline into a caller with other instructions than the crate's, and a call for
 /// every operation is the end of speed.
 #[derive(Clone, Copy)]

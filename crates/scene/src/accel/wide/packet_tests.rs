@@ -4,7 +4,7 @@ use super::packet::Packet;
 use super::row::Sixteen;
 use super::{Instances, Placed, Primitives, WideBvh};
 use crate::accel::block::{TriangleBlock, TriangleRay};
-use crate::accel::tests::{soup, uniform};
+use crate::accel::tests::{soup, tree_for, uniform};
 use crate::accel::{HitBatch, Ray, RayBatch, Sphere};
 use glam::{Affine3A, Vec3};
 use lightshed_bvh::{Bounds, Bvh, Preset};
@@ -49,24 +49,7 @@ fn compare(trees: &[WideBvh], batch: &mut RayBatch, rays: &[Ray]) -> Option<usiz
 
 /// Trees for all kinds of lanes.
 fn trees(triangles: &[[Vec3; 3]]) -> Vec<WideBvh> {
-    let all: Vec<Bounds> = triangles
-        .iter()
-        .map(|corners| {
-            Bounds::new(
-                corners[0].min(corners[1]).min(corners[2]),
-                corners[0].max(corners[1]).max(corners[2]),
-            )
-        })
-        .collect();
-    let build = |lanes| {
-        let primitives = Primitives {
-            triangles,
-            spheres: &[],
-            instances: Instances::default(),
-        };
-        let tree = Bvh::build(&all, Preset::High.options()).unwrap();
-        super::build_for(lanes, tree, &all, primitives)
-    };
+    let build = |lanes| tree_for(lanes, triangles, Preset::High);
     LaneChoice::all().into_iter().map(build).collect()
 }
 

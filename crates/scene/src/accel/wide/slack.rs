@@ -6,6 +6,8 @@
 //! depend on which of them the tree visits first. So boxes count as beyond a hit only if they are
 //! by more than the errors of both distances.
 
+use glam::Vec3;
+
 /// Errors of coordinates relative to the greatest coordinate of a scene. The distances at which a
 /// triangle is hit and a box is entered are off by some units in the last place of it, divided by
 /// the cosine between the ray and the plane's normal.
@@ -15,13 +17,9 @@ const RELATIVE: f32 = 8.0 * f32::EPSILON;
 /// along a plane would visit everything.
 const FLATTEST: f32 = 1e4;
 
-/// Errors of coordinates in a scene of these greatest coordinates.
-pub fn uncertainty(min: [f32; 3], max: [f32; 3]) -> f32 {
-    let mut greatest = 0.0_f32;
-    for axis in 0..3 {
-        greatest = greatest.max(min[axis].abs()).max(max[axis].abs());
-    }
-    greatest * RELATIVE
+/// Errors of coordinates in a scene within this box.
+pub fn uncertainty(min: Vec3, max: Vec3) -> f32 {
+    min.abs().max(max.abs()).max_element() * RELATIVE
 }
 
 /// The error of a ray parameter where coordinates have errors of `uncertainty`. Of the inverse

@@ -155,14 +155,10 @@ impl<Q: Query> Traversal<Q> {
         } else {
             block
         };
-        prefetch_line(start);
-        prefetch_line(start.wrapping_add(64));
-        prefetch_line(start.wrapping_add(128));
-        prefetch_line(start.wrapping_add(192));
-        prefetch_line(start.wrapping_add(256));
-        if size_of::<Node<R>>() > 320 {
-            prefetch_line(start.wrapping_add(320));
-            prefetch_line(start.wrapping_add(384));
+        let mut offset = 0;
+        while offset < size_of::<Node<R>>().max(size_of::<TriangleBlock>()) {
+            prefetch_line(start.wrapping_add(offset));
+            offset += 64;
         }
     }
 }
